@@ -1,0 +1,79 @@
+# Occlusion Bake. `make help` lists what there is; everything runs in one virtual environment, made on first use.
+
+VENV ?= .venv
+# A venv that is there keeps its Python unless another is asked for.
+PYTHON ?= $(if $(wildcard $(VENV)/.python-*),$(VENV)/bin/python,python3)
+
+PY = $(VENV)/bin/python
+RELEASE := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)
+RELEASES := 3.11 3.13
+REQUIREMENTS := requirements/common.txt $(wildcard requirements/py$(subst .,,$(RELEASE)).txt)
+
+# A profile build (OCCLUSION_KERNEL_PROFILE=1) lies beside the plain one and takes its place in the venv.
+PROFILE := $(if $(filter-out 0,$(OCCLUSION_KERNEL_PROFILE)),-profile)
+WHEEL := build/kernel$(PROFILE)
+KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h include/*.h occlusion_bake_kernel/*.py)) \
+	blender_manifest.toml
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help venv test lint extension sanitize bake figures clean
+
+help: ## this list
+	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
+	@echo "  PYTHON=python3.13 chooses the Python ($(RELEASES)), VENV=folder the environment (.venv)"
+
+venv: $(VENV)/.kernel$(PROFILE) ## the virtual environment: Blender as a module, the tools, the kernel
+
+test: venv ## the whole suite
+	$(PY) -m pytest -q
+
+lint: venv ## ruff, mypy, clang-tidy; every warning is an error
+	$(VENV)/bin/ruff check .
+	$(VENV)/bin/ruff format --check .
+	MYPYPATH=$(VENV)/dev $(VENV)/bin/mypy -p occlusion_bake.core
+	$(PY) tools/check_kernel.py tidy
+
+extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blender
+	$(PY) tools/build_extension.py $(WHEEL)
+
+sanitize: venv ## the kernel's own tests under the address and undefined-behaviour sanitizers
+	$(PY) tools/check_kernel.py sanitize
+
+bake: venv ## bake the sample scenes
+	$(PY) -m occlusion_bake.samples.bake
+
+figures: venv ## draw the figures of the documentation from measurements
+	$(PY) -m occlusion_bake.bench.figures
+
+clean: ## remove what was built; the virtual environments stay
+	rm -rf build dist core/kernel/build core/kernel/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+
+$(VENV)/.python-$(RELEASE):
+	$(if $(filter $(RELEASES),$(RELEASE)),,$(error $(PYTHON) is $(if $(RELEASE),Python $(RELEASE),no Python that runs); \
+	Blender as a module needs 3.11 or 3.13: make venv PYTHON=python3.11))
+	@if [ -e $(VENV) ]; then echo "$(VENV) was made by another Python: making it again with $(RELEASE)"; fi
+	@rm -rf $(VENV)
+	$(PYTHON) -m venv $(VENV)
+	@mkdir $(VENV)/dev
+	@ln -s "$(CURDIR)" $(VENV)/dev/occlusion_bake
+	@$(PY) -c 'import pathlib, sys, sysconfig; \
+	pathlib.Path(sysconfig.get_path("purelib"), "occlusion_bake.pth").write_text(f"{pathlib.Path(sys.argv[1]).resolve()}\n")' \
+	$(VENV)/dev
+	@touch $@
+
+$(VENV)/.requirements: $(VENV)/.python-$(RELEASE) $(REQUIREMENTS)
+	$(PY) -m pip install -q --disable-pip-version-check -r $(lastword $(REQUIREMENTS))
+	tools/blender_libraries.sh $(PY)
+	@touch $@
+
+$(WHEEL)/.built: $(KERNEL) | $(VENV)/.requirements
+	@$(PY) core/kernel/toolchain.py
+	@rm -rf $(WHEEL)
+	$(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(WHEEL) ./core/kernel
+	@touch $@
+
+$(VENV)/.kernel$(PROFILE): $(VENV)/.requirements $(WHEEL)/.built
+	$(PY) -m pip install -q --disable-pip-version-check --no-deps --force-reinstall $(WHEEL)/*.whl
+	@rm -f $(VENV)/.kernel*
+	@touch $@

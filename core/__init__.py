@@ -1,0 +1,1 @@
+"""Occlusion per texel, in numpy and a native kernel. Nothing here imports bpy."""

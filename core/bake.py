@@ -1,0 +1,166 @@
+"""The way through the house: scene → texels → rays → solve → finish, one object at a time."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .embree import Device, open_device
+from .errors import InputError
+from .estimators import AO, Axis, Estimator
+from .finish import fill_margin
+from .occluders import Frame, Occluders
+from .progress import Progress
+from .scene import Camera, Floats, Instance, Scene, check_target, placed, zero_area
+from .solve import solve
+from .texels import Texels, rasterize
+from .tracer import Rays, trace
+
+MAX_SIZE = 65536
+MAX_RAYS = 1 << 20
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What to bake, checked once here. distance: scene units, None for no limit. threads 0: all.
+
+    Raises InputError, one line, for a value out of range.
+    """
+
+    estimators: tuple[Estimator, ...] = (AO,)
+    width: int = 1024
+    height: int = 1024
+    rays: int = 64
+    distance: float | None = None
+    margin: int = 16
+    threads: int = 0
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        if not self.estimators:
+            raise InputError("nothing to bake; choose AO, RO or both")
+        if not (1 <= self.width <= MAX_SIZE and 1 <= self.height <= MAX_SIZE):
+            raise InputError(f"size {self.width}x{self.height}: give 1 to {MAX_SIZE} texels a side")
+        if not 1 <= self.rays <= MAX_RAYS:
+            raise InputError(f"rays {self.rays}: give 1 to {MAX_RAYS}")
+        if self.distance is not None and not (math.isfinite(self.distance) and self.distance > 0.0):
+            raise InputError(f"distance {self.distance:g}: give a number above 0, or none for no limit")
+        if self.margin < 0 or self.threads < 0:
+            raise InputError(f"margin {self.margin}, threads {self.threads}: neither may be negative")
+
+    @property
+    def reach(self) -> float:
+        """The distance as the tracer takes it."""
+        return math.inf if self.distance is None else self.distance
+
+
+@dataclass(frozen=True, eq=False)
+class BakedMap:
+    """One finished image. values: (H, W) float32 with margins; covered: (H, W) bool; coverage: (H, W) float32, 0 in
+    margins; error: estimated RMSE over the covered texels; mean: their mean."""
+
+    values: Floats
+    covered: NDArray[np.bool_]
+    coverage: Floats
+    error: float
+    mean: float
+
+
+@dataclass(eq=False)
+class Baked:
+    """One baked object. maps by estimator name. rays: all that were traced. seconds by stage."""
+
+    name: str
+    width: int
+    height: int
+    texels: int
+    rays: int
+    maps: dict[str, BakedMap]
+    seconds: dict[str, float] = field(default_factory=dict)
+    warnings: list[str] = field(default_factory=list)
+
+
+def bake(scene: Scene, settings: Settings, progress: Progress | None = None) -> Iterator[Baked]:
+    """Bake the scene's targets one after the other.
+
+    Yields a result an object, so that each can be written and forgotten before the next. Raises InputError, Cancelled,
+    MemoryError. Same scene and settings, same bits, whatever the number of threads.
+    """
+    progress = progress or Progress(len(scene.targets))
+    _check_camera(scene, settings)
+    device = open_device(settings.threads)
+    occluders = Occluders(device, scene.occluders, settings.reach)
+    warnings = list(occluders.warnings)
+    for target in scene.targets:
+        baked = _bake_object(target, scene, settings, occluders, progress)
+        baked.warnings[:0], warnings = warnings, []  # those on occluders stand once, with the first object
+        yield baked
+        progress.finish_object()
+
+
+def embree_of(settings: Settings) -> Device:
+    """The Embree that a bake with these settings uses."""
+    return open_device(settings.threads)
+
+
+def _check_camera(scene: Scene, settings: Settings) -> None:
+    if scene.camera is None and any(estimator.axis is Axis.REFLECTED for estimator in settings.estimators):
+        raise InputError("the scene has no camera to take R from; add one, or bake RO with direction normal")
+
+
+def _bake_object(target: Instance, scene: Scene, settings: Settings, occluders: Occluders, progress: Progress) -> Baked:
+    seconds: dict[str, float] = {}
+    warnings = check_target(target)
+    with _timed(seconds, "texels"):
+        texels = _texels_of(target, settings, progress)
+    with _timed(seconds, "build"):
+        progress.enter(f"{target.name}: building the scene")
+        frame = occluders.frame_for(target, progress)
+    with _timed(seconds, "trace"):
+        surface = placed(target, frame.origin)
+        control = progress.enter(f"{target.name}: tracing")
+        rays = Rays(
+            settings.rays, settings.seed, settings.reach, settings.threads, camera=_camera_in(frame, scene.camera)
+        )
+        sums = trace(frame.scene, surface, texels.owner, settings.estimators, rays, control=control)
+    with _timed(seconds, "solve"):
+        maps = {}
+        for index, estimator in enumerate(settings.estimators):
+            progress.raise_if_cancelled()
+            solved = solve(sums, index, settings.rays, texels.covered)
+            values = fill_margin(solved.values, solved.covered, settings.margin)
+            coverage = np.where(solved.covered, texels.coverage, np.float32(0.0))
+            maps[estimator.name] = BakedMap(values, solved.covered, coverage, solved.error, solved.mean)
+    traced = texels.count * settings.rays * len(settings.estimators)
+    warnings += texels.warnings
+    return Baked(target.name, settings.width, settings.height, texels.count, traced, maps, seconds, warnings)
+
+
+def _texels_of(target: Instance, settings: Settings, progress: Progress) -> Texels:
+    mesh = target.mesh
+    if mesh.uv is None:
+        raise InputError(f"{target.name}: the mesh has no UV map; unwrap it, or bake with chart UVs (--uv charts)")
+    control = progress.enter(f"{target.name}: texels")
+    size = (settings.width, settings.height)
+    return rasterize(target.name, mesh.uv, *size, skip=zero_area(mesh), threads=settings.threads, control=control)
+
+
+def _camera_in(frame: Frame, camera: Camera | None) -> Camera | None:
+    """The camera relative to the frame's origin."""
+    if camera is None:
+        return None
+    x, y, z = np.asarray(camera.position, dtype=np.float64) - frame.origin
+    return Camera((float(x), float(y), float(z)), camera.forward, camera.orthographic)
+
+
+@contextmanager
+def _timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    start = time.perf_counter()
+    yield
+    seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start

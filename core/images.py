@@ -1,0 +1,262 @@
+"""Images in and out through OpenImageIO: raw linear values, whole files.
+
+No value is ever colour-managed: 0.25 in the array is 0.25 to whoever reads the file as data. OpenImageIO is loaded at
+the first use, so that everything else runs without it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import secrets
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+
+Metadata = Mapping[str, str | int | float]
+
+
+@dataclass(frozen=True)
+class _Format:
+    """How one kind of file is written: suffixes (the first is ours), array type by depth, OpenImageIO's settings."""
+
+    suffixes: tuple[str, ...]
+    encodings: Mapping[int, type[np.generic]]
+    settings: Mapping[str, str | int]
+    has_alpha: bool = False
+
+
+_FORMATS = {
+    # Baked occlusion is noise over a smooth ground: subtracting the row above (filter 32) and the fastest deflate take
+    # half the time of the defaults and give a file of the same size.
+    "png": _Format((".png",), {8: np.uint8, 16: np.uint16}, {"png:compressionLevel": 1, "png:filter": 32}),
+    "exr": _Format((".exr",), {16: np.float16, 32: np.float32}, {"compression": "zip"}, has_alpha=True),
+    "tiff": _Format((".tif", ".tiff"), {8: np.uint8, 16: np.uint16, 32: np.float32}, {"compression": "zip"}),
+}
+_TYPE_NAMES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
+_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
+_CURES = {
+    errno.ENOENT: "create the folder or choose another",
+    errno.ENOTDIR: "choose a folder, not a file, to write into",
+    errno.EACCES: "choose a folder that you may write to, or close the program that holds the file",
+    errno.EPERM: "choose a folder that you may write to",
+    errno.EROFS: "choose a disk that can be written to",
+    errno.ENOSPC: "free some space or choose another disk",
+    errno.ENAMETOOLONG: "choose a shorter name",
+}
+
+
+def openimageio() -> ModuleType:
+    """The OpenImageIO module. Raises InputError where it is absent or cannot be loaded."""
+    try:
+        import OpenImageIO
+    except Exception as error:  # a broken library fails in ways of its own: ImportError, OSError, AttributeError
+        cause = _one_line(str(error))
+        raise InputError(f"OpenImageIO cannot be loaded ({cause}); install it with: pip install OpenImageIO") from error
+    return OpenImageIO
+
+
+def check_format(name: str, depth: int) -> None:
+    """Refuse, before a bake, a format that could not be written after it.
+
+    name: "png", "exr" or "tiff". depth: bits per channel; 16 is half and 32 is float in EXR, 32 is float in TIFF.
+    Raises InputError for any other pair, and where OpenImageIO cannot be loaded.
+    """
+    _encoding(_format(name), f"format {name}", depth)
+    openimageio()
+
+
+def suffix(name: str) -> str:
+    """The file suffix of a format of `check_format`, with its dot. Raises InputError for an unknown format."""
+    return _format(name).suffixes[0]
+
+
+def check_writable(folder: Path | str) -> None:
+    """Create `folder` where it is missing and prove that a file can be written in it. Raises InputError if not."""
+    folder = Path(folder)
+    probe = _beside(folder / "probe")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.write_bytes(bytes(4096))
+    except OSError as error:
+        raise _refusal(folder, error) from error
+    finally:
+        _remove(probe)
+
+
+def write_image(
+    path: Path | str,
+    values: NDArray[np.float32],
+    *,
+    depth: int,
+    coverage: NDArray[Any] | None = None,
+    metadata: Metadata | None = None,
+) -> None:
+    """Write linear values to a .png, .exr, .tif or .tiff file, which appears whole or not at all.
+
+    values: (h, w) or (h, w, 3) float32, row 0 at the top; integers are rounded to nearest from [0, 1].
+    depth: see `check_format`. coverage: (h, w) bool or float; EXR keeps it as channel A and the values, not multiplied
+    by it, in R, G and B, since engines refuse grey with alpha; PNG and TIFF leave it out.
+    metadata: what was baked and how; kept as JSON in the image description, from which `read_image` brings it back.
+    Raises InputError for a suffix, depth, shape or value that cannot be written, and for any failure to write; the file
+    that was there before is then untouched.
+    """
+    path = Path(path)
+    kind = _format_of(path)
+    encoding = _encoding(kind, str(path), depth)
+    pixels = _encoded(_layers(path, values, coverage if kind.has_alpha else None), encoding)
+    spec = _spec(pixels, kind, metadata)
+    temporary = _beside(path)
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: a folder of that name is in the way; move it or choose another name")
+        temporary.touch(exist_ok=False)  # the system names the cause of a refusal, which OpenImageIO would blur
+        _save(temporary, spec, pixels, path)
+        temporary.replace(path)
+    except OSError as error:
+        raise _refusal(path, error) from error
+    finally:
+        _remove(temporary)
+
+
+def read_image(path: Path | str) -> tuple[NDArray[np.float32], dict[str, str | int | float]]:
+    """Read an image as it is stored: ((h, w, c) float32, the metadata that `write_image` was given).
+
+    Integers become [0, 1]; alpha is a channel like the others, and nothing is multiplied by it. The metadata of a file
+    from elsewhere is {}. Raises InputError for a file that is missing or cannot be read.
+    """
+    library = openimageio()
+    as_stored = library.ImageSpec()
+    as_stored.attribute("oiio:UnassociatedAlpha", 1)
+    image = library.ImageInput.open(str(path), as_stored)
+    values = image.read_image("float") if image is not None else None
+    if image is None or values is None:
+        cause = _one_line(library.geterror() if image is None else image.geterror())
+        raise InputError(f"{path}: cannot be read as an image ({cause}); check the name, or write the file anew")
+    metadata = _metadata(image.spec().getattribute("ImageDescription"))
+    image.close()
+    return np.ascontiguousarray(values, dtype=np.float32), metadata
+
+
+def _format(name: str) -> _Format:
+    if name not in _FORMATS:
+        raise InputError(f"format {name}: unknown; choose png, exr or tiff")
+    return _FORMATS[name]
+
+
+def _format_of(path: Path) -> _Format:
+    for kind in _FORMATS.values():
+        if path.suffix.lower() in kind.suffixes:
+            return kind
+    raise InputError(f"{path}: images are written as .png, .exr, .tif or .tiff; end the name in one of these")
+
+
+def _encoding(kind: _Format, subject: str, depth: int) -> type[np.generic]:
+    if depth not in kind.encodings:
+        allowed = " or ".join(str(known) for known in kind.encodings)
+        raise InputError(f"{subject}: cannot hold {depth} bits per channel; choose depth {allowed}")
+    return kind.encodings[depth]
+
+
+def _layers(path: Path, values: NDArray[np.float32], coverage: NDArray[Any] | None) -> NDArray[np.float32]:
+    """(h, w, 1), (h, w, 3) or, with coverage, (h, w, 4) float32."""
+    values = np.asarray(values, dtype=np.float32)
+    if values.ndim not in (2, 3) or values.size == 0 or values.shape[2:] not in ((), (3,)):
+        raise InputError(f"{path}: an image of shape {values.shape} cannot be written; give (h, w) or (h, w, 3)")
+    broken = values.size - int(np.count_nonzero(np.isfinite(values)))
+    if broken:
+        raise InputError(f"{path}: {broken} values are not finite numbers; nothing was written, bake again")
+    if values.ndim == 2:
+        values = values[..., None]
+    if coverage is None:
+        return values
+    if coverage.shape != values.shape[:2]:
+        raise InputError(f"{path}: coverage of shape {coverage.shape} does not fit; give {values.shape[:2]}")
+    layers = np.empty((*values.shape[:2], 4), dtype=np.float32)
+    layers[..., :3], layers[..., 3] = values, coverage
+    return layers
+
+
+def _encoded(values: NDArray[np.float32], encoding: type[np.generic]) -> NDArray[Any]:
+    if not issubclass(encoding, np.integer):
+        return np.ascontiguousarray(values, dtype=encoding)
+    scaled = np.clip(values, 0.0, 1.0)
+    scaled *= np.float32(np.iinfo(encoding).max)
+    return np.rint(scaled, out=scaled).astype(encoding)
+
+
+def _spec(pixels: NDArray[Any], kind: _Format, metadata: Metadata | None) -> Any:
+    height, width, channels = pixels.shape
+    spec = openimageio().ImageSpec(width, height, channels, _TYPE_NAMES[pixels.dtype.name])
+    # "data" keeps every chunk that invites a conversion (gAMA, sRGB) out of a PNG; "linear" would add a gAMA.
+    spec.attribute("oiio:ColorSpace", "data")
+    for key, value in kind.settings.items():
+        spec.attribute(key, value)
+    if metadata:
+        spec.attribute("ImageDescription", json.dumps(dict(metadata), default=lambda number: number.item()))
+    return spec
+
+
+def _metadata(description: object) -> dict[str, str | int | float]:
+    try:
+        found = json.loads(description) if isinstance(description, str) else {}
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _save(file: Path, spec: Any, pixels: NDArray[Any], path: Path) -> None:
+    """Write `pixels` to `file` and prove it whole; InputErrors speak of `path`."""
+    output = openimageio().ImageOutput.create(str(file))
+    done = output is not None and output.open(str(file), spec) and output.write_image(pixels)
+    cause = output.geterror() if output is not None else openimageio().geterror()
+    # A full disk is told by the result alone (EXR, TIFF), by the message alone (PNG), and by neither where only the
+    # last bytes are missing. After close() the message says nothing: TIFF leaves one each time.
+    closed = output is not None and output.close()
+    if done and not cause and closed and _is_whole(file, pixels.shape):
+        return
+    cause = _one_line(cause.replace(str(file), path.name)) or "its end is missing"
+    raise InputError(f"{path}: could not be written whole ({cause}); check that the disk has room")
+
+
+def _is_whole(file: Path, shape: tuple[int, ...]) -> bool:
+    """Whether the end of the file is there: a PNG's end mark, or the last row where that is quick to reach."""
+    if file.suffix.lower() == ".png":
+        with file.open("rb") as stream:
+            stream.seek(max(0, file.stat().st_size - len(_PNG_END)))
+            return stream.read() == _PNG_END
+    height, _, channels = shape
+    image = openimageio().ImageInput.open(str(file))
+    if image is None:
+        openimageio().geterror()  # left unread, it would be printed at exit
+        return False
+    last_row = image.read_scanlines(height - 1, height, 0, 0, channels)
+    image.close()
+    return last_row is not None
+
+
+def _beside(path: Path) -> Path:
+    """A new, short, hidden name in the same folder, of the same format."""
+    return path.parent / f".{secrets.token_hex(8)}{path.suffix}"
+
+
+def _remove(file: Path) -> None:
+    with contextlib.suppress(OSError):  # it may be gone, or never have been
+        file.unlink()
+
+
+def _refusal(path: Path, error: OSError) -> InputError:
+    cure = _CURES.get(error.errno or 0, "choose another folder")
+    return InputError(f"{path}: {_one_line(error.strerror or str(error))}; {cure}")
+
+
+def _one_line(text: str) -> str:
+    return text.strip().split("\n")[0].strip()

@@ -1,0 +1,157 @@
+/* The occlusion kernel: texels in, sums of visibility out.
+ *
+ * Plain C, arrays in and arrays out, nothing kept but what the two handles hold. Contracts for every function:
+ *  - Functions that return int32_t return OB_OK or one of the codes below; ob_error_message() then says why, in one line.
+ *  - Arrays are contiguous and not aliased; sizes are in elements; images are row-major, row 0 at the top.
+ *  - Positions are float32 in one common frame, centred near the surface being baked (see core/scene.py).
+ *  - `control` may be NULL. It may be read and `cancel` may be written from another thread while a call runs.
+ *  - threads <= 0 means all of the machine's.
+ *  - Handles may be used from one thread at a time.
+ */
+#ifndef OCCLUSION_KERNEL_H
+#define OCCLUSION_KERNEL_H
+
+#include <stdint.h>
+
+#if defined(_WIN32)
+#define OB_API __declspec(dllexport)
+#else
+#define OB_API __attribute__((visibility("default")))
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { OB_ABI_VERSION = 1 };
+
+enum ob_status {
+  OB_OK = 0,
+  OB_CANCELLED = 1, /* control->cancel was set; outputs are incomplete */
+  OB_INVALID = 2,   /* an argument breaks its contract */
+  OB_NO_EMBREE = 3, /* the library at this path cannot be used */
+  OB_OUT_OF_MEMORY = 4,
+  OB_EMBREE_FAILED = 5
+};
+
+/* How the rays of a map are spread. The estimate is the mean of visibility times integrand over density. */
+enum ob_sampler {
+  OB_SAMPLE_LOBE = 0,       /* density = the integrand's own lobe: every weight is 1 */
+  OB_SAMPLE_HEMISPHERE = 1, /* uniform about the normal; OB_AXIS_NORMAL only */
+  OB_SAMPLE_SPHERE = 2      /* uniform over all directions */
+};
+
+enum ob_axis {
+  OB_AXIS_NORMAL = 0,   /* the lobe stands on the shading normal */
+  OB_AXIS_REFLECTED = 1 /* on the viewing direction mirrored by the shading normal */
+};
+
+enum ob_rule {
+  OB_RULE_COVERAGE = 0, /* conservative: the triangle that covers most of a texel owns it; of equals the later */
+  OB_RULE_CENTRE = 1    /* the later triangle over the point (x + 0.501, y + 0.502), y from the bottom: Cycles' rule */
+};
+
+/* The integrand (e+1)/(2 pi) max(axis . w, 0)^e over the hemisphere of the shading normal; e = 1 is cos/pi, AO. */
+typedef struct ob_map {
+  int32_t sampler;
+  int32_t axis;
+  double exponent; /* >= 0, finite */
+} ob_map;
+
+typedef struct ob_control {
+  int32_t cancel;   /* set to non-zero: the call ends with OB_CANCELLED within 0.1 s */
+  int32_t reserved;
+  int64_t done;     /* work finished so far: rays while tracing, any steady unit elsewhere */
+  int64_t total;    /* of this much */
+} ob_control;
+
+typedef struct ob_device_info {
+  int32_t version[3];
+  int32_t native_width; /* 16, 8, 4 or 1: the widest packet Embree traces natively on this processor */
+} ob_device_info;
+
+/* Texels of one mesh: owner[y * width + x] is the triangle that owns the texel, -1 none. */
+typedef struct ob_surface {
+  const float *vertices;    /* vertex_count x 3 */
+  const int32_t *triangles; /* triangle_count x 3 */
+  const float *uv;          /* triangle_count x 3 x 2, v up */
+  const float *normals;     /* triangle_count x 3 x 3 unit shading normals, or NULL: flat */
+  const int32_t *owner;     /* height x width */
+  int64_t vertex_count;
+  int64_t triangle_count;
+  int32_t width;
+  int32_t height;
+} ob_surface;
+
+typedef struct ob_raster_report {
+  int64_t covered;    /* texels with an owner */
+  int64_t overlapped; /* texels whose triangles cover more than the whole of them */
+  int64_t outside;    /* triangles that leave the unit square */
+  int64_t degenerate; /* triangles without an area in the texture, or with UVs that are not finite */
+} ob_raster_report;
+
+typedef struct ob_trace_settings {
+  int32_t rays;         /* a texel and map: 1 to 2^20 */
+  int32_t threads;
+  int32_t packet_width; /* 16, 8, 4, 1; 0: the device's native width */
+  int32_t orthographic; /* the viewer looks along `forward` from everywhere */
+  uint64_t seed;
+  float distance;       /* rays reach this far; INFINITY: no limit */
+  float viewer[3];      /* where R comes from, for OB_AXIS_REFLECTED; in the frame of the vertices */
+  float forward[3];
+} ob_trace_settings;
+
+typedef struct ob_device ob_device;
+typedef struct ob_mesh ob_mesh;
+typedef struct ob_scene ob_scene;
+
+OB_API int32_t ob_abi_version(void);
+
+/* Why the last call on this thread failed; valid until the next one. */
+OB_API const char *ob_error_message(void);
+
+/* Loads Embree 4.3 or a later 4.x from a shared library (a path, or a bare name for the system's loader). */
+OB_API int32_t ob_device_open(const char *embree_path, int32_t threads, ob_device **device, ob_device_info *info);
+OB_API void ob_device_close(ob_device *device);
+
+/* A mesh of its own, to be instanced. The arrays are copied. */
+OB_API int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_count, const int32_t *triangles,
+                             int64_t triangle_count, ob_control *control, ob_mesh **mesh);
+OB_API void ob_mesh_free(ob_mesh *mesh);
+
+/* A scene is begun, filled, committed once, traced any number of times. Arrays are copied; meshes are kept alive. */
+OB_API int32_t ob_scene_begin(ob_device *device, ob_scene **scene);
+OB_API int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count,
+                                      const int32_t *triangles, int64_t triangle_count);
+/* matrices: count x 3 x 4, row-major, mesh to scene. */
+OB_API int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matrices, int64_t count);
+OB_API int32_t ob_scene_commit(ob_scene *scene, ob_control *control);
+OB_API void ob_scene_free(ob_scene *scene);
+
+/* owner: height x width. coverage: height x width, the share of each texel that triangles cover, at most 1, or NULL
+ * (it must be NULL for OB_RULE_CENTRE). skip: triangle_count flags of triangles to leave out, or NULL. */
+OB_API int32_t ob_rasterize(const float *uv, int64_t triangle_count, const uint8_t *skip, int32_t width, int32_t height,
+                            int32_t rule, int32_t threads, int32_t *owner, float *coverage, ob_raster_report *report,
+                            ob_control *control);
+
+/* The middle of each owned texel's footprint: positions and shading normals, height x width x 3; others untouched. */
+OB_API int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals);
+
+/* sums[m][texel]: settings->rays times the estimate of map m; untouched where no triangle owns the texel, -1 where the
+ * texel faces away from the viewer of an OB_AXIS_REFLECTED map. halves[m], where neither it nor `halves` is NULL: the
+ * part of the sum that the first half of the rays (rays / 2) brought. Same inputs and packet width, same bits. */
+OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                        const ob_map *maps, int32_t map_count, float *const *sums, float *const *halves,
+                        ob_control *control);
+
+/* V along given rays: visible[i] = 1 where nothing is hit before `distance`. origins, directions: count x 3. */
+OB_API int32_t ob_visible(ob_scene *scene, const float *origins, const float *directions, int64_t count, float distance,
+                          uint8_t *visible);
+
+/* Processor cycles of all ob_trace calls so far: inside Embree, and in all. Zeros unless built with OCCLUSION_PROFILE. */
+OB_API void ob_profile(int64_t *embree_cycles, int64_t *all_cycles);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,82 @@
+#include "embree_api.h"
+
+#if defined(_WIN32)
+#include <windows.h>
+#else
+#include <dlfcn.h>
+#endif
+
+namespace ob {
+namespace {
+
+#if defined(_WIN32)
+void *open_library(const char *path, std::string &error) {
+  void *library = reinterpret_cast<void *>(LoadLibraryExA(path, nullptr, LOAD_WITH_ALTERED_SEARCH_PATH));
+  if (library == nullptr) {
+    error = std::string(path) + " cannot be loaded (Windows error " + std::to_string(GetLastError()) + ")";
+  }
+  return library;
+}
+
+void *find_symbol(void *library, const char *name) {
+  return reinterpret_cast<void *>(GetProcAddress(static_cast<HMODULE>(library), name));
+}
+#else
+void *open_library(const char *path, std::string &error) {
+  void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) {
+    error = dlerror(); // NOLINT(concurrency-mt-unsafe): one thread loads
+  }
+  return library;
+}
+
+void *find_symbol(void *library, const char *name) { return dlsym(library, name); }
+#endif
+
+template <typename Function>
+void bind(void *library, const char *name, Function &function, std::string &missing) {
+  function = reinterpret_cast<Function>(find_symbol(library, name));
+  if (function == nullptr && missing.empty()) {
+    missing = name;
+  }
+}
+
+} // namespace
+
+std::string load_embree(const char *path, Embree &embree) {
+  std::string error;
+  embree.library = open_library(path, error);
+  if (embree.library == nullptr) {
+    return error;
+  }
+  std::string missing;
+  const auto get = [&](const char *name, auto &function) { bind(embree.library, name, function, missing); };
+  get("rtcNewDevice", embree.new_device);
+  get("rtcReleaseDevice", embree.release_device);
+  get("rtcGetDeviceProperty", embree.get_device_property);
+  get("rtcGetDeviceError", embree.get_device_error);
+  get("rtcNewScene", embree.new_scene);
+  get("rtcReleaseScene", embree.release_scene);
+  get("rtcSetSceneFlags", embree.set_scene_flags);
+  get("rtcSetSceneBuildQuality", embree.set_scene_build_quality);
+  get("rtcSetSceneProgressMonitorFunction", embree.set_scene_progress_monitor);
+  get("rtcCommitScene", embree.commit_scene);
+  get("rtcAttachGeometry", embree.attach_geometry);
+  get("rtcNewGeometry", embree.new_geometry);
+  get("rtcReleaseGeometry", embree.release_geometry);
+  get("rtcCommitGeometry", embree.commit_geometry);
+  get("rtcSetNewGeometryBuffer", embree.set_new_geometry_buffer);
+  get("rtcSetGeometryBuildQuality", embree.set_geometry_build_quality);
+  get("rtcSetGeometryInstancedScene", embree.set_geometry_instanced_scene);
+  get("rtcSetGeometryTransform", embree.set_geometry_transform);
+  get("rtcOccluded1", embree.occluded1);
+  get("rtcOccluded4", embree.occluded4);
+  get("rtcOccluded8", embree.occluded8);
+  get("rtcOccluded16", embree.occluded16);
+  if (!missing.empty()) {
+    return std::string(path) + " has no " + missing + ": it is not Embree 4.3 or later";
+  }
+  return "";
+}
+
+} // namespace ob

@@ -1,0 +1,85 @@
+// The part of Embree 4's C interface that the kernel calls, declared here so that no Embree is needed to build.
+// Names, values and layouts follow the Embree 4 API reference (rtcore_*.h of 4.3 and 4.4).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+namespace ob {
+
+using RTCDevice = void *;
+using RTCScene = void *;
+using RTCGeometry = void *;
+
+constexpr int RTC_DEVICE_PROPERTY_VERSION_MAJOR = 1;
+constexpr int RTC_DEVICE_PROPERTY_VERSION_MINOR = 2;
+constexpr int RTC_DEVICE_PROPERTY_VERSION_PATCH = 3;
+constexpr int RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED = 32;
+constexpr int RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED = 33;
+constexpr int RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED = 34;
+
+constexpr int RTC_ERROR_OUT_OF_MEMORY = 4;
+constexpr int RTC_ERROR_CANCELLED = 6;
+
+constexpr int RTC_GEOMETRY_TYPE_TRIANGLE = 0;
+constexpr int RTC_GEOMETRY_TYPE_INSTANCE = 121;
+constexpr int RTC_BUFFER_TYPE_INDEX = 0;
+constexpr int RTC_BUFFER_TYPE_VERTEX = 1;
+constexpr int RTC_FORMAT_UINT3 = 0x5003;
+constexpr int RTC_FORMAT_FLOAT3 = 0x9003;
+constexpr int RTC_FORMAT_FLOAT3X4_ROW_MAJOR = 0x9134;
+constexpr int RTC_BUILD_QUALITY_MEDIUM = 1;
+constexpr int RTC_BUILD_QUALITY_HIGH = 2;
+constexpr int RTC_SCENE_FLAG_COMPACT = 1 << 1;
+constexpr int RTC_SCENE_FLAG_ROBUST = 1 << 2;
+constexpr int RTC_RAY_QUERY_FLAG_COHERENT = 1 << 16;
+constexpr uint32_t RTC_FEATURE_FLAG_TRIANGLE = 1u << 1;
+constexpr uint32_t RTC_FEATURE_FLAG_INSTANCE = 1u << 23;
+
+struct RTCOccludedArguments {
+  int flags;
+  uint32_t feature_mask;
+  void *context;
+  void *filter;
+  void *occluded;
+};
+
+// W rays, structure of arrays; RTCRay, RTCRay4, RTCRay8 and RTCRay16 for W = 1, 4, 8, 16.
+template <int W> struct alignas(W == 1 ? 16 : W * 4) Rays {
+  float org_x[W], org_y[W], org_z[W], tnear[W];
+  float dir_x[W], dir_y[W], dir_z[W], time[W];
+  float tfar[W]; // becomes -inf where the ray is occluded
+  uint32_t mask[W], id[W], flags[W];
+};
+
+struct Embree {
+  void *library = nullptr;
+  RTCDevice (*new_device)(const char *config);
+  void (*release_device)(RTCDevice);
+  ptrdiff_t (*get_device_property)(RTCDevice, int);
+  int (*get_device_error)(RTCDevice);
+  RTCScene (*new_scene)(RTCDevice);
+  void (*release_scene)(RTCScene);
+  void (*set_scene_flags)(RTCScene, int);
+  void (*set_scene_build_quality)(RTCScene, int);
+  void (*set_scene_progress_monitor)(RTCScene, bool (*)(void *, double), void *);
+  void (*commit_scene)(RTCScene);
+  unsigned (*attach_geometry)(RTCScene, RTCGeometry);
+  RTCGeometry (*new_geometry)(RTCDevice, int);
+  void (*release_geometry)(RTCGeometry);
+  void (*commit_geometry)(RTCGeometry);
+  void *(*set_new_geometry_buffer)(RTCGeometry, int type, unsigned slot, int format, size_t stride, size_t count);
+  void (*set_geometry_build_quality)(RTCGeometry, int);
+  void (*set_geometry_instanced_scene)(RTCGeometry, RTCScene);
+  void (*set_geometry_transform)(RTCGeometry, unsigned step, int format, const void *);
+  void (*occluded1)(RTCScene, Rays<1> *, RTCOccludedArguments *);
+  void (*occluded4)(const int *valid, RTCScene, Rays<4> *, RTCOccludedArguments *);
+  void (*occluded8)(const int *valid, RTCScene, Rays<8> *, RTCOccludedArguments *);
+  void (*occluded16)(const int *valid, RTCScene, Rays<16> *, RTCOccludedArguments *);
+};
+
+// Loads the library and fills the table. Returns an empty string, or why it cannot be used.
+std::string load_embree(const char *path, Embree &embree);
+
+} // namespace ob

@@ -1,0 +1,140 @@
+#include "gather.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sobol.h"
+#include "tables.h"
+
+namespace ob {
+namespace {
+
+// How far off the surface rays start, in units of the triangle's largest coordinate. A point made of float32 corners
+// is off its plane by less than 2^-22 of that (accuracy of v0 + b1 e1 + b2 e2), Embree's test by about as much again;
+// 2^-20 leaves a factor of two on the sum.
+constexpr float kLift = 0x1p-20F;
+
+struct Vector {
+  double x, y, z;
+};
+
+Vector vertex(const ob_surface &surface, int32_t index) {
+  const float *v = surface.vertices + 3 * static_cast<int64_t>(index);
+  return {v[0], v[1], v[2]};
+}
+
+Vector minus(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+
+Vector unit_cross(Vector a, Vector b) {
+  const Vector c{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  const double length = std::sqrt(c.x * c.x + c.y * c.y + c.z * c.z);
+  return length > 0.0 ? Vector{c.x / length, c.y / length, c.z / length} : Vector{0.0, 0.0, 1.0};
+}
+
+void store(Lanes3 &lanes, int lane, Vector v) {
+  lanes.x[lane] = static_cast<float>(v.x);
+  lanes.y[lane] = static_cast<float>(v.y);
+  lanes.z[lane] = static_cast<float>(v.z);
+}
+
+double largest(Vector v) { return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}); }
+
+void fill_triangle(const ob_surface &surface, int64_t triangle, int lane, Group &out) {
+  const int32_t *index = surface.triangles + 3 * triangle;
+  const Vector a = vertex(surface, index[0]);
+  const Vector b = vertex(surface, index[1]);
+  const Vector c = vertex(surface, index[2]);
+  const Vector geometric = unit_cross(minus(b, a), minus(c, a));
+  store(out.corner, lane, a);
+  store(out.edge1, lane, minus(b, a));
+  store(out.edge2, lane, minus(c, a));
+  store(out.geometric, lane, geometric);
+  out.lift[lane] = kLift * static_cast<float>(std::max({largest(a), largest(b), largest(c)}));
+  for (int corner = 0; corner < 3; ++corner) {
+    const float *n = surface.normals == nullptr ? nullptr : surface.normals + 9 * triangle + 3 * static_cast<int64_t>(corner);
+    store(out.shading[corner], lane, n == nullptr ? geometric : Vector{n[0], n[1], n[2]});
+  }
+}
+
+// Barycentric weights as affine functions of the place within the texel.
+void fill_weights(const TexelTriangle &triangle, Texel texel, int lane, Group &out) {
+  const Point2 *c = triangle.corner;
+  const double inverse = 1.0 / triangle.doubled_area();
+  const Point2 to_texel{texel.x - c[0].x, texel.y - c[0].y};
+  const Point2 along1{(c[2].y - c[0].y) * inverse, -(c[2].x - c[0].x) * inverse};
+  const Point2 along2{-(c[1].y - c[0].y) * inverse, (c[1].x - c[0].x) * inverse};
+  out.weight1[0][lane] = static_cast<float>(to_texel.x * along1.x + to_texel.y * along1.y);
+  out.weight1[1][lane] = static_cast<float>(along1.x);
+  out.weight1[2][lane] = static_cast<float>(along1.y);
+  out.weight2[0][lane] = static_cast<float>(to_texel.x * along2.x + to_texel.y * along2.y);
+  out.weight2[1][lane] = static_cast<float>(along2.x);
+  out.weight2[2][lane] = static_cast<float>(along2.y);
+}
+
+// Where the triangle covers the texel in part, the points spread over that part.
+void fit_feet(const TexelTriangle &triangle, Texel texel, int feet, int lane, Group &out) {
+  const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
+  if (part.count < 3 || area(part) >= 1.0) {
+    return;
+  }
+  const Fan fan(part);
+  for (int foot = 0; foot < feet; ++foot) {
+    const Point2 point = fan.warp(static_cast<double>(out.foot_x[foot][lane]), static_cast<double>(out.foot_y[foot][lane]));
+    out.foot_x[foot][lane] = static_cast<float>(point.x - texel.x);
+    out.foot_y[foot][lane] = static_cast<float>(point.y - texel.y);
+  }
+}
+
+} // namespace
+
+Texel texel_of(int32_t tile_x, int32_t tile_y, int group, int lane) {
+  const auto compact = [](int m) { return (m & 1) | ((m >> 1) & 2) | ((m >> 2) & 4); };
+  const int morton = group * kLanes + lane;
+  return {tile_x * kTile + compact(morton), tile_y * kTile + compact(morton >> 1)};
+}
+
+int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, const Feet &feet, const PacketCode &code,
+           Group &out) {
+  int64_t owner[kLanes];
+  int active = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Texel texel = texel_of(tile_x, tile_y, group, lane);
+    const bool inside = texel.x < surface.width && texel.y < surface.height;
+    owner[lane] = inside ? surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x] : -1;
+    active += owner[lane] >= 0 ? 1 : 0;
+  }
+  if (active == 0) {
+    return 0;
+  }
+  out = Group{};
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Texel texel = texel_of(tile_x, tile_y, group, lane);
+    out.active[lane] = owner[lane] >= 0 ? -1 : 0;
+    out.seed[lane] = mix(mix(feet.seed, static_cast<uint32_t>(texel.x)), static_cast<uint32_t>(texel.y));
+  }
+  const Point4 point = sobol(feet.index);
+  code.spread_feet(out, feet.side, point.x[0], point.x[1]);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (owner[lane] >= 0) {
+      const Texel texel = texel_of(tile_x, tile_y, group, lane);
+      const TexelTriangle triangle(surface.uv + 6 * owner[lane], surface.width, surface.height);
+      fill_triangle(surface, owner[lane], lane, out);
+      fill_weights(triangle, texel, lane, out);
+      fit_feet(triangle, texel, feet.side * feet.side, lane, out);
+    }
+  }
+  return active;
+}
+
+void gather_middle(const ob_surface &surface, Texel texel, Group &out) {
+  const int64_t owner = surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x];
+  const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
+  fill_triangle(surface, owner, 0, out);
+  fill_weights(triangle, texel, 0, out);
+  const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
+  const Point2 middle = part.count < 3 ? Point2{texel.x + 0.5, texel.y + 0.5} : centroid(part);
+  out.foot_x[0][0] = static_cast<float>(middle.x - texel.x);
+  out.foot_y[0][0] = static_cast<float>(middle.y - texel.y);
+}
+
+} // namespace ob

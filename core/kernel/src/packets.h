@@ -1,0 +1,82 @@
+// A group of sixteen texels: from footprints to origins and frames, and its rays through Embree.
+//
+// The code here is compiled once for each instruction set (packets_*.cpp), so it stays in an unnamed namespace and uses
+// no inline function of the standard library: a linker may keep one copy of those for all, and it must run everywhere.
+// Between builds vectors go by reference: by value, each instruction set passes them its own way.
+#pragma once
+
+#include <cstdint>
+
+#include "embree_api.h"
+
+namespace ob {
+
+constexpr int kLanes = 16; // texels of a group: a 4 x 4 block, in Morton order
+constexpr int kFeet = 16;  // footprint points of a texel in one chunk of rays, at most
+
+// Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set.
+using Lanes = float __attribute__((vector_size(4 * kLanes)));
+using LaneBits = uint32_t __attribute__((vector_size(4 * kLanes)));
+using LaneMask = int32_t __attribute__((vector_size(4 * kLanes))); // -1 or 0
+
+struct Lanes3 {
+  Lanes x, y, z;
+};
+
+// Sixteen texels, structure of arrays. Lanes that are not active hold zeros.
+struct Group {
+  LaneMask active;
+  LaneBits seed;           // of the texel's footprint points
+  Lanes3 corner;           // of the owner triangle
+  Lanes3 edge1, edge2;
+  Lanes3 geometric;        // unit geometric normal
+  Lanes3 shading[3];       // normals at the corners
+  Lanes lift;              // how far rays start off the surface
+  Lanes weight1[3];        // barycentric weight of corner 1: [0] at the texel's corner, [1] and [2] its growth along x and y
+  Lanes weight2[3];        // of corner 2
+  Lanes foot_x[kFeet];     // footprint points within the texel, 0 to 1
+  Lanes foot_y[kFeet];
+};
+
+// Where rays start, and the frames that they are turned into.
+struct Frames {
+  Lanes3 position[kFeet];
+  Lanes3 normal[kFeet];
+  Lanes3 tangent[kFeet], bitangent[kFeet], axis[kFeet];
+};
+
+struct Viewer {
+  bool reflected; // the axis is the mirrored viewing direction, else the normal
+  bool orthographic;
+  float position[3];
+  float forward[3];
+};
+
+struct Packet {
+  const Embree *embree;
+  RTCScene scene;
+  float distance;
+  int32_t rays;
+  bool below; // rays may fall below the horizon of the shading normal; they count nothing
+  const float *directions; // x, y, z of sixteen lanes each, a ray
+  const float *weights;    // of sixteen lanes a ray; NULL: all 1
+  const uint8_t *foot;     // a ray's footprint point
+};
+
+// One instruction set's build of the steps.
+struct PacketCode {
+  // One point in each cell of a side x side square, by point `index` of the cell's own scrambled sequence.
+  void (*spread_feet)(Group &, int side, uint32_t index_x, uint32_t index_y);
+  void (*place)(const Group &, int feet, Frames &);
+  void (*aim)(const Viewer &, int feet, float cos_turn, float sin_turn, Frames &);
+  // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
+  void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, Lanes &sums, int64_t &embree_cycles);
+};
+
+extern const PacketCode kBaselinePackets;
+#if defined(__x86_64__) || defined(_M_X64)
+extern const PacketCode kAvx2Packets;
+extern const PacketCode kAvx512Packets;
+#endif
+
+} // namespace ob

@@ -1,0 +1,184 @@
+// The body of packets_*.cpp; see packets.h.
+#pragma once
+
+#include "packets.h"
+#include "sobol.h"
+
+#if defined(OCCLUSION_PROFILE)
+#include <x86intrin.h>
+#endif
+
+namespace ob {
+namespace {
+
+#if defined(OCCLUSION_PROFILE)
+inline int64_t cycles() { return static_cast<int64_t>(__rdtsc()); }
+#else
+inline int64_t cycles() { return 0; }
+#endif
+
+Lanes all(float x) { return x - Lanes{}; }
+
+Lanes root(Lanes x) {
+  for (int l = 0; l < kLanes; ++l) {
+    x[l] = __builtin_sqrtf(x[l]);
+  }
+  return x;
+}
+
+Lanes dot(const Lanes3 &a, const Lanes3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+Lanes3 operator*(const Lanes3 &a, Lanes s) { return {a.x * s, a.y * s, a.z * s}; }
+Lanes3 operator+(const Lanes3 &a, const Lanes3 &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+Lanes3 operator-(const Lanes3 &a, const Lanes3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Lanes3 all3(const float *v) { return {all(v[0]), all(v[1]), all(v[2])}; }
+
+Lanes at_most(Lanes x, Lanes bound) { return x < bound ? x : bound; }
+Lanes at_least_0(Lanes x) { return x > Lanes{} ? x : Lanes{}; }
+
+Lanes to_unit_lanes(LaneBits bits) { return __builtin_convertvector(bits >> 8, Lanes) * 0x1p-24F; }
+
+void spread_feet(Group &group, int side, uint32_t index_x, uint32_t index_y) {
+  const float scale = 1.0F / static_cast<float>(side);
+  for (int foot = 0; foot < side * side; ++foot) {
+    const LaneBits seed = mix(group.seed ^ (static_cast<uint32_t>(foot) * 0x9e3779b9U));
+    const Lanes x = to_unit_lanes(owen(LaneBits{} + index_x, seed));
+    const Lanes y = to_unit_lanes(owen(LaneBits{} + index_y, mix(seed)));
+    group.foot_x[foot] = (x + static_cast<float>(foot % side)) * scale;
+    group.foot_y[foot] = (y + static_cast<float>(foot / side)) * scale; // NOLINT(bugprone-integer-division): a row
+  }
+}
+
+void place(const Group &group, int feet, Frames &frames) {
+  for (int foot = 0; foot < feet; ++foot) {
+    const Lanes x = group.foot_x[foot];
+    const Lanes y = group.foot_y[foot];
+    // Rounding may leave the triangle by a hair at its edges: back onto it.
+    const Lanes weight1 = at_most(at_least_0(group.weight1[0] + x * group.weight1[1] + y * group.weight1[2]), all(1.0F));
+    const Lanes weight2 = at_most(at_least_0(group.weight2[0] + x * group.weight2[1] + y * group.weight2[2]), 1.0F - weight1);
+    // One corner plus two edges: 0.8 ulp off the plane at most, where three products give 2.8.
+    frames.position[foot] = group.corner + (group.edge1 * weight1 + group.edge2 * weight2);
+    const Lanes3 normal = group.shading[0] * (1.0F - weight1 - weight2) + group.shading[1] * weight1 + group.shading[2] * weight2;
+    const Lanes length = root(dot(normal, normal));
+    const LaneMask usable = length > 1e-6F; // else the corners' normals cancel, and the geometric one stands in
+    const Lanes scale = 1.0F / (usable ? length : all(1.0F));
+    frames.normal[foot] = {usable ? normal.x * scale : group.geometric.x, usable ? normal.y * scale : group.geometric.y,
+                           usable ? normal.z * scale : group.geometric.z};
+  }
+}
+
+// R = d - 2 (d.n) n, d from the viewer to the texel, at unit length.
+Lanes3 mirrored(const Viewer &viewer, const Lanes3 &position, const Lanes3 &normal) {
+  const Lanes3 d = viewer.orthographic ? all3(viewer.forward) : position - all3(viewer.position);
+  const Lanes length = root(dot(d, d));
+  return (d - normal * (2.0F * dot(d, normal))) * (1.0F / (length > 0.0F ? length : all(1.0F)));
+}
+
+// A frame about the axis (Duff et al. 2017), turned by the tile's angle.
+void aim(const Viewer &viewer, int feet, float cos_turn, float sin_turn, Frames &frames) {
+  for (int foot = 0; foot < feet; ++foot) {
+    const Lanes3 normal = frames.normal[foot];
+    const Lanes3 n = viewer.reflected ? mirrored(viewer, frames.position[foot], normal) : normal;
+    const Lanes sign = n.z < 0.0F ? all(-1.0F) : all(1.0F);
+    const Lanes a = -1.0F / (sign + n.z);
+    const Lanes b = n.x * n.y * a;
+    const Lanes3 t{1.0F + sign * n.x * n.x * a, sign * b, -sign * n.x};
+    const Lanes3 s{b, sign + n.y * n.y * a, -n.y};
+    frames.axis[foot] = n;
+    frames.tangent[foot] = t * all(cos_turn) + s * all(sin_turn);
+    frames.bitangent[foot] = s * all(cos_turn) - t * all(sin_turn);
+  }
+}
+
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<1> *rays, RTCOccludedArguments *args) {
+  if (valid[0] != 0) {
+    embree.occluded1(scene, rays, args);
+  }
+}
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<4> *rays, RTCOccludedArguments *args) {
+  embree.occluded4(valid, scene, rays, args);
+}
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<8> *rays, RTCOccludedArguments *args) {
+  embree.occluded8(valid, scene, rays, args);
+}
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<16> *rays, RTCOccludedArguments *args) {
+  embree.occluded16(valid, scene, rays, args);
+}
+
+Lanes load(const float *from) {
+  Lanes lanes;
+  __builtin_memcpy(&lanes, from, sizeof(lanes));
+  return lanes;
+}
+
+// Sixteen lanes to or from one field of kLanes / W packets.
+template <int W> void put(Rays<W> *rays, float (Rays<W>::*field)[W], Lanes lanes) {
+  for (int part = 0; part < kLanes / W; ++part) {
+    __builtin_memcpy(rays[part].*field, reinterpret_cast<const char *>(&lanes) + part * W * 4, W * 4);
+  }
+}
+
+template <int W> Lanes get(const Rays<W> *rays, const float (Rays<W>::*field)[W]) {
+  Lanes lanes;
+  for (int part = 0; part < kLanes / W; ++part) {
+    __builtin_memcpy(reinterpret_cast<char *>(&lanes) + part * W * 4, rays[part].*field, W * 4);
+  }
+  return lanes;
+}
+
+// Ray k of all lanes. They start a lift off the surface, on the side that they go to: a ray below the triangle of a
+// smooth normal leaves its own triangle alone, as in Cycles.
+template <int W> Lanes3 make_rays(const Packet &packet, const Group &group, const Frames &frames, int32_t k, Rays<W> *rays) {
+  const int foot = packet.foot[k];
+  const float *d = packet.directions + static_cast<int64_t>(k) * 3 * kLanes;
+  const Lanes3 direction =
+      frames.tangent[foot] * load(d) + frames.bitangent[foot] * load(d + kLanes) + frames.axis[foot] * load(d + 2 * kLanes);
+  const Lanes lift = dot(direction, group.geometric) < 0.0F ? -group.lift : group.lift;
+  const Lanes3 origin = frames.position[foot] + group.geometric * lift;
+  put<W>(rays, &Rays<W>::dir_x, direction.x);
+  put<W>(rays, &Rays<W>::dir_y, direction.y);
+  put<W>(rays, &Rays<W>::dir_z, direction.z);
+  put<W>(rays, &Rays<W>::org_x, origin.x);
+  put<W>(rays, &Rays<W>::org_y, origin.y);
+  put<W>(rays, &Rays<W>::org_z, origin.z);
+  put<W>(rays, &Rays<W>::tfar, all(packet.distance));
+  return direction;
+}
+
+template <int W> void prepare(Rays<W> *rays) {
+  for (int part = 0; part < kLanes / W; ++part) {
+    for (int i = 0; i < W; ++i) {
+      rays[part].tnear[i] = rays[part].time[i] = 0.0F;
+      rays[part].mask[i] = ~0U;
+      rays[part].id[i] = rays[part].flags[i] = 0U;
+    }
+  }
+}
+
+template <int W>
+void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, Lanes &sums, int64_t &embree_cycles) {
+  Rays<W> rays[kLanes / W];
+  prepare<W>(rays);
+  RTCOccludedArguments arguments{RTC_RAY_QUERY_FLAG_COHERENT, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE, nullptr, nullptr, nullptr};
+  Lanes total{};
+  alignas(64) int32_t valid[kLanes];
+  for (int32_t k = 0; k < packet.rays; ++k) {
+    const Lanes3 direction = make_rays<W>(packet, group, frames, k, rays);
+    const LaneMask above = dot(direction, frames.normal[packet.foot[k]]) > 0.0F;
+    const LaneMask wanted = packet.below ? active & above : active;
+    __builtin_memcpy(valid, &wanted, sizeof(valid));
+    const int64_t before = cycles();
+    for (int part = 0; part < kLanes / W; ++part) {
+      occluded(*packet.embree, valid + part * W, packet.scene, &rays[part], &arguments);
+    }
+    embree_cycles += cycles() - before;
+    const LaneMask seen = wanted & (get<W>(rays, &Rays<W>::tfar) >= 0.0F);
+    const Lanes weight = packet.weights == nullptr ? all(1.0F) : load(packet.weights + static_cast<int64_t>(k) * kLanes);
+    total += seen ? weight : Lanes{};
+  }
+  sums = total;
+}
+
+constexpr PacketCode kCode = {spread_feet, place, aim, {trace<1>, trace<4>, trace<8>, trace<16>}};
+
+} // namespace
+} // namespace ob

@@ -1,0 +1,257 @@
+// Device and scenes: loading Embree, copying geometry into it, building.
+#include "scene.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "parallel.h"
+#include "status.h"
+
+namespace ob {
+
+Device::~Device() {
+  if (handle != nullptr) {
+    embree.release_device(handle);
+  }
+  // The library stays loaded: Embree's and TBB's threads may outlive the device, and their code must not go away.
+}
+
+Geometry::Geometry(std::shared_ptr<Device> owner) : device(std::move(owner)), handle(device->embree.new_scene(device->handle)) {
+  if (handle == nullptr) {
+    throw std::bad_alloc();
+  }
+  // Robust: no ray slips between two triangles that share an edge.
+  device->embree.set_scene_flags(handle, RTC_SCENE_FLAG_ROBUST);
+}
+
+Geometry::~Geometry() { device->embree.release_scene(handle); }
+
+namespace {
+
+int native_width(const Device &device) {
+  const auto supports = [&](int property) { return device.embree.get_device_property(device.handle, property) != 0; };
+  if (supports(RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED)) {
+    return 16;
+  }
+  if (supports(RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED)) {
+    return 8;
+  }
+  return supports(RTC_DEVICE_PROPERTY_NATIVE_RAY4_SUPPORTED) ? 4 : 1;
+}
+
+// What Embree has to say of the calls since it was last asked.
+int32_t embree_status(const Device &device) {
+  switch (device.embree.get_device_error(device.handle)) {
+  case 0:
+    return OB_OK;
+  case RTC_ERROR_OUT_OF_MEMORY:
+    return fail(OB_OUT_OF_MEMORY, "not enough memory for the scene's geometry");
+  case RTC_ERROR_CANCELLED:
+    return fail(OB_CANCELLED, "cancelled");
+  default:
+    return fail(OB_EMBREE_FAILED, "Embree could not build the scene");
+  }
+}
+
+bool indices_within(const int32_t *triangles, int64_t triangle_count, int64_t vertex_count) {
+  for (int64_t i = 0; i < 3 * triangle_count; ++i) {
+    if (triangles[i] < 0 || triangles[i] >= vertex_count) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void *new_buffer(const Embree &embree, RTCGeometry geometry, int type, int format, size_t count) {
+  void *buffer = embree.set_new_geometry_buffer(geometry, type, 0, format, 12, count);
+  if (buffer == nullptr) {
+    embree.release_geometry(geometry);
+    throw std::bad_alloc();
+  }
+  return buffer;
+}
+
+void attach(const Geometry &scene, RTCGeometry geometry) {
+  const Embree &embree = scene.device->embree;
+  embree.commit_geometry(geometry);
+  embree.attach_geometry(scene.handle, geometry);
+  embree.release_geometry(geometry);
+}
+
+int32_t add_triangles(const Geometry &scene, const float *vertices, int64_t vertex_count, const int32_t *triangles,
+                      int64_t triangle_count) {
+  if (vertices == nullptr || triangles == nullptr || vertex_count <= 0 || triangle_count <= 0) {
+    return fail(OB_INVALID, "a mesh without vertices or triangles");
+  }
+  if (vertex_count > INT32_MAX || triangle_count > INT32_MAX / 3) {
+    return fail(OB_INVALID, "a mesh of more than 700 million triangles");
+  }
+  if (!indices_within(triangles, triangle_count, vertex_count)) {
+    return fail(OB_INVALID, "a triangle names a vertex that does not exist");
+  }
+  const Embree &embree = scene.device->embree;
+  const RTCGeometry geometry = embree.new_geometry(scene.device->handle, RTC_GEOMETRY_TYPE_TRIANGLE);
+  const auto vertex_total = static_cast<size_t>(vertex_count);
+  const auto triangle_total = static_cast<size_t>(triangle_count);
+  void *vertex_buffer = new_buffer(embree, geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, vertex_total);
+  std::memcpy(vertex_buffer, vertices, vertex_total * 12);
+  void *index_buffer = new_buffer(embree, geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangle_total);
+  std::memcpy(index_buffer, triangles, triangle_total * 12);
+  attach(scene, geometry);
+  return embree_status(*scene.device);
+}
+
+bool keep_building(void *control, double share) {
+  auto *shared_control = static_cast<ob_control *>(control);
+  if (shared_control != nullptr) {
+    shared(shared_control->done).store(static_cast<int64_t>(share * 1000.0), std::memory_order_relaxed);
+  }
+  return !cancelled(shared_control);
+}
+
+int32_t commit(const Geometry &scene, ob_control *control) {
+  const Embree &embree = scene.device->embree;
+  begin(control, 1000);
+  embree.set_scene_progress_monitor(scene.handle, keep_building, control);
+  embree.commit_scene(scene.handle);
+  embree.set_scene_progress_monitor(scene.handle, nullptr, nullptr);
+  const int32_t status = embree_status(*scene.device);
+  return cancelled(control) ? fail(OB_CANCELLED, "cancelled") : status;
+}
+
+int32_t open_device(const char *path, int32_t threads, Device &device) {
+  const std::string refusal = load_embree(path, device.embree);
+  if (!refusal.empty()) {
+    return fail(OB_NO_EMBREE, refusal);
+  }
+  const std::string config = "threads=" + std::to_string(thread_count(threads));
+  device.handle = device.embree.new_device(config.c_str());
+  if (device.handle == nullptr) {
+    return fail(OB_NO_EMBREE, std::string(path) + " does not run on this processor");
+  }
+  device.native_width = native_width(device);
+  return OB_OK;
+}
+
+} // namespace
+} // namespace ob
+
+extern "C" {
+
+int32_t ob_device_open(const char *embree_path, int32_t threads, ob_device **device, ob_device_info *info) {
+  return ob::guarded([&]() -> int32_t {
+    if (embree_path == nullptr || device == nullptr || info == nullptr) {
+      return ob::fail(OB_INVALID, "ob_device_open without a path or a place for its results");
+    }
+    auto opened = std::make_shared<ob::Device>();
+    const int32_t status = ob::open_device(embree_path, threads, *opened);
+    if (status != OB_OK) {
+      return status;
+    }
+    for (int part = 0; part < 3; ++part) {
+      const int property = ob::RTC_DEVICE_PROPERTY_VERSION_MAJOR + part;
+      info->version[part] = static_cast<int32_t>(opened->embree.get_device_property(opened->handle, property));
+    }
+    info->native_width = opened->native_width;
+    if (info->version[0] != 4 || info->version[1] < 3) {
+      return ob::fail(OB_NO_EMBREE, std::string(embree_path) + " is Embree " + std::to_string(info->version[0]) + "." +
+                                        std::to_string(info->version[1]) + "; 4.3 or a later 4.x is needed");
+    }
+    *device = new ob_device{std::move(opened)};
+    return OB_OK;
+  });
+}
+
+void ob_device_close(ob_device *device) { delete device; }
+
+int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_count, const int32_t *triangles,
+                      int64_t triangle_count, ob_control *control, ob_mesh **mesh) {
+  return ob::guarded([&]() -> int32_t {
+    if (device == nullptr || mesh == nullptr) {
+      return ob::fail(OB_INVALID, "ob_mesh_build without a device or a place for its result");
+    }
+    std::unique_ptr<ob_mesh> built(new ob_mesh{ob::Geometry(device->shared)});
+    int32_t status = ob::add_triangles(built->geometry, vertices, vertex_count, triangles, triangle_count);
+    if (status == OB_OK) {
+      status = ob::commit(built->geometry, control);
+    }
+    if (status == OB_OK) {
+      *mesh = built.release();
+    }
+    return status;
+  });
+}
+
+void ob_mesh_free(ob_mesh *mesh) { delete mesh; }
+
+int32_t ob_scene_begin(ob_device *device, ob_scene **scene) {
+  return ob::guarded([&]() -> int32_t {
+    if (device == nullptr || scene == nullptr) {
+      return ob::fail(OB_INVALID, "ob_scene_begin without a device or a place for its result");
+    }
+    *scene = new ob_scene{ob::Geometry(device->shared)};
+    return OB_OK;
+  });
+}
+
+int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count, const int32_t *triangles,
+                               int64_t triangle_count) {
+  return ob::guarded([&]() -> int32_t {
+    if (scene == nullptr || scene->committed) {
+      return ob::fail(OB_INVALID, "geometry for no scene, or for one that is built already");
+    }
+    return ob::add_triangles(scene->geometry, vertices, vertex_count, triangles, triangle_count);
+  });
+}
+
+int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matrices, int64_t count) {
+  return ob::guarded([&]() -> int32_t {
+    if (scene == nullptr || scene->committed || mesh == nullptr || matrices == nullptr || count < 0) {
+      return ob::fail(OB_INVALID, "instances without a mesh or matrices, or for a scene that is built already");
+    }
+    const ob::Geometry &geometry = scene->geometry;
+    const ob::Embree &embree = geometry.device->embree;
+    for (int64_t i = 0; i < count; ++i) {
+      const ob::RTCGeometry instance = embree.new_geometry(geometry.device->handle, ob::RTC_GEOMETRY_TYPE_INSTANCE);
+      embree.set_geometry_instanced_scene(instance, mesh->geometry.handle);
+      embree.set_geometry_transform(instance, 0, ob::RTC_FORMAT_FLOAT3X4_ROW_MAJOR, matrices + 12 * i);
+      ob::attach(geometry, instance);
+    }
+    return ob::embree_status(*geometry.device);
+  });
+}
+
+int32_t ob_scene_commit(ob_scene *scene, ob_control *control) {
+  return ob::guarded([&]() -> int32_t {
+    if (scene == nullptr || scene->committed) {
+      return ob::fail(OB_INVALID, "no scene to build, or one that is built already");
+    }
+    const int32_t status = ob::commit(scene->geometry, control);
+    scene->committed = status == OB_OK;
+    return status;
+  });
+}
+
+void ob_scene_free(ob_scene *scene) { delete scene; }
+
+int32_t ob_visible(ob_scene *scene, const float *origins, const float *directions, int64_t count, float distance,
+                   uint8_t *visible) {
+  return ob::guarded([&]() -> int32_t {
+    if (scene == nullptr || !scene->committed || origins == nullptr || directions == nullptr || visible == nullptr) {
+      return ob::fail(OB_INVALID, "ob_visible without a built scene, rays or a place for the answers");
+    }
+    ob::RTCOccludedArguments arguments{};
+    arguments.feature_mask = ob::RTC_FEATURE_FLAG_TRIANGLE | ob::RTC_FEATURE_FLAG_INSTANCE;
+    for (int64_t i = 0; i < count; ++i) {
+      const float *origin = origins + 3 * i;
+      const float *direction = directions + 3 * i;
+      ob::Rays<1> ray{{origin[0]},    {origin[1]},    {origin[2]}, {0.0F}, {direction[0]}, {direction[1]},
+                      {direction[2]}, {0.0F},         {distance},  {~0U},  {0U},           {0U}};
+      scene->geometry.device->embree.occluded1(scene->geometry.handle, &ray, &arguments);
+      visible[i] = ray.tfar[0] >= 0.0F ? 1 : 0;
+    }
+    return OB_OK;
+  });
+}
+
+} // extern "C"

@@ -1,0 +1,46 @@
+// Embree's device and scenes, as the handles of the C interface hold them.
+#pragma once
+
+#include <memory>
+
+#include "embree_api.h"
+#include "occlusion_kernel.h"
+
+namespace ob {
+
+struct Device {
+  Embree embree;
+  RTCDevice handle = nullptr;
+  int native_width = 1;
+
+  Device() = default;
+  Device(const Device &) = delete;
+  Device &operator=(const Device &) = delete;
+  ~Device();
+};
+
+// A scene of Embree's. It keeps its device, and Embree keeps the scenes that it instances.
+struct Geometry {
+  std::shared_ptr<Device> device;
+  RTCScene handle;
+
+  explicit Geometry(std::shared_ptr<Device> owner);
+  Geometry(const Geometry &) = delete;
+  Geometry &operator=(const Geometry &) = delete;
+  ~Geometry();
+};
+
+} // namespace ob
+
+struct ob_device {
+  std::shared_ptr<ob::Device> shared;
+};
+
+struct ob_mesh {
+  ob::Geometry geometry;
+};
+
+struct ob_scene {
+  ob::Geometry geometry;
+  bool committed = false;
+};

@@ -1,0 +1,196 @@
+#include "tables.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "parallel.h"
+#include "sobol.h"
+
+namespace ob {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+struct Direction {
+  double x, y, z;
+};
+
+// The square onto the disk, keeping areas and neighbourhoods (Shirley & Chiu 1997).
+void concentric(double u, double v, double &x, double &y) {
+  const double a = 2.0 * u - 1.0;
+  const double b = 2.0 * v - 1.0;
+  if (a == 0.0 && b == 0.0) {
+    x = y = 0.0;
+    return;
+  }
+  const bool wide = std::fabs(a) > std::fabs(b);
+  const double radius = wide ? a : b;
+  const double angle = wide ? (kPi / 4.0) * (b / a) : kPi / 2.0 - (kPi / 4.0) * (a / b);
+  x = radius * std::cos(angle);
+  y = radius * std::sin(angle);
+}
+
+// About +z with density (e+1)/(2 pi) cos^e: 1 - r^2 is uniform on the disk, so cos = (1 - r^2)^(1/(e+1)). The sine is
+// taken from 1 - cos without cancellation, which a narrow lobe needs.
+Direction on_lobe(double u, double v, double exponent) {
+  double x = 0.0;
+  double y = 0.0;
+  concentric(u, v, x, y);
+  const double r2 = std::min(x * x + y * y, 1.0);
+  const double versine = r2 >= 1.0 ? 1.0 : -std::expm1(std::log1p(-r2) / (exponent + 1.0));
+  const double sine = std::sqrt(versine * (2.0 - versine));
+  const double stretch = r2 > 0.0 ? sine / std::sqrt(r2) : 0.0;
+  return {x * stretch, y * stretch, 1.0 - versine};
+}
+
+Direction on_sphere(double u, double v) {
+  double x = 0.0;
+  double y = 0.0;
+  concentric(u, v, x, y);
+  const double r2 = std::min(x * x + y * y, 1.0);
+  const double stretch = 2.0 * std::sqrt(std::max(0.0, 1.0 - r2));
+  return {x * stretch, y * stretch, 1.0 - 2.0 * r2};
+}
+
+Direction sample(const ob_map &map, double u, double v) {
+  switch (map.sampler) {
+  case OB_SAMPLE_SPHERE:
+    return on_sphere(u, v);
+  case OB_SAMPLE_HEMISPHERE:
+    return on_lobe(u, v, 0.0);
+  default:
+    return on_lobe(u, v, map.exponent);
+  }
+}
+
+// Integrand over density; both are about the same axis.
+double weight(const ob_map &map, double cosine) {
+  const double solid_angle = map.sampler == OB_SAMPLE_SPHERE ? 4.0 * kPi : 2.0 * kPi;
+  if (!(cosine > 0.0)) {
+    return 0.0;
+  }
+  return (map.exponent + 1.0) / (2.0 * kPi) * std::pow(cosine, map.exponent) * solid_angle;
+}
+
+constexpr uint32_t spread(uint32_t x) { // 16 bits to the even ones
+  x = (x | (x << 8)) & 0x00ff00ffU;
+  x = (x | (x << 4)) & 0x0f0f0f0fU;
+  x = (x | (x << 2)) & 0x33333333U;
+  return (x | (x << 1)) & 0x55555555U;
+}
+
+struct Drawn {
+  uint32_t cell; // Morton code of the cell of the square, from the points' leading bits
+  Point4 point;
+};
+
+// One texel's rays of the chunk, sorted by cell.
+std::vector<Drawn> draw(const Plan &plan, uint32_t seed, uint32_t morton, Chunk chunk) {
+  std::vector<Drawn> drawn(static_cast<size_t>(chunk.count));
+  int bits = 0;
+  while ((1 << bits) < chunk.count) {
+    ++bits;
+  }
+  const int bits_x = (bits + 1) / 2;
+  const int bits_y = bits / 2;
+  for (int32_t i = 0; i < chunk.count; ++i) {
+    const uint32_t index = morton * static_cast<uint32_t>(plan.stride) + static_cast<uint32_t>(chunk.first + i);
+    const Point4 point = scrambled_sobol(index, seed);
+    const uint32_t x = bits_x == 0 ? 0 : point.x[0] >> (32 - bits_x);
+    const uint32_t y = bits_y == 0 ? 0 : point.x[1] >> (32 - bits_y);
+    drawn[static_cast<size_t>(i)] = {spread(x) | (spread(y) << 1), point};
+  }
+  std::stable_sort(drawn.begin(), drawn.end(), [](const Drawn &a, const Drawn &b) { return a.cell < b.cell; });
+  return drawn;
+}
+
+// The footprint's cell that the third and fourth dimension fall into: side x side of them, side 1, 2 or 4.
+uint8_t foot_of(const Point4 &point, int32_t side) {
+  const auto cell = [&](uint32_t x) { return static_cast<int32_t>((uint64_t{x} * static_cast<uint64_t>(side)) >> 32); };
+  return static_cast<uint8_t>(cell(point.x[2]) + side * cell(point.x[3]));
+}
+
+struct Target {
+  const ob_map *maps;
+  Schedule *schedule;
+  std::vector<Table> *tables;
+};
+
+void store(const Target &target, const Drawn &drawn, size_t ray, int lane) {
+  const double u = to_unit(drawn.point.x[0]);
+  const double v = to_unit(drawn.point.x[1]);
+  for (size_t m = 0; m < target.tables->size(); ++m) {
+    Table &table = (*target.tables)[m];
+    const Direction direction = sample(target.maps[m], u, v);
+    float *place = table.directions.data() + ray * 3 * kLanes + lane;
+    place[0] = static_cast<float>(direction.x);
+    place[kLanes] = static_cast<float>(direction.y);
+    place[2 * kLanes] = static_cast<float>(direction.z);
+    if (!table.weights.empty()) {
+      table.weights[ray * kLanes + static_cast<size_t>(lane)] = static_cast<float>(weight(target.maps[m], direction.z));
+    }
+  }
+}
+
+void fill_group(const Plan &plan, uint32_t seed, int group, size_t base, Chunk chunk, const Target &target) {
+  Schedule &schedule = *target.schedule;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const auto morton = static_cast<uint32_t>(group * kLanes + lane);
+    const std::vector<Drawn> drawn = draw(plan, seed, morton, chunk);
+    for (size_t k = 0; k < drawn.size(); ++k) {
+      store(target, drawn[k], base + k, lane);
+      if (lane == 0) {
+        schedule.foot[base + k] = foot_of(drawn[k].point, plan.side);
+      }
+    }
+  }
+}
+
+} // namespace
+
+Plan plan_rays(int32_t rays, uint64_t seed) {
+  int32_t stride = 1;
+  while (stride < rays) {
+    stride *= 2;
+  }
+  // What all tiles share never averages out; so many sets that it stays below the noise (and 16 at least).
+  const int32_t sets = std::max(16, 4096 / stride);
+  const int32_t side = rays < 4 ? 1 : (rays < 16 ? 2 : 4); // about as many points as a half has rays
+  return {rays, stride, sets, side, mix(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32))};
+}
+
+std::vector<Chunk> chunks_of(const Plan &plan) {
+  std::vector<Chunk> chunks;
+  const int32_t half = plan.rays / 2;
+  for (int32_t first = 0; first < plan.rays;) {
+    const int32_t end = first < half ? half : plan.rays;
+    const int32_t count = std::min(kChunk, end - first);
+    chunks.push_back({first, count});
+    first += count;
+  }
+  return chunks;
+}
+
+void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, int threads, Schedule &schedule,
+                 std::vector<Table> &tables) {
+  const size_t rays = static_cast<size_t>(plan.sets) * kGroups * static_cast<size_t>(chunk.count);
+  schedule.sets = plan.sets;
+  schedule.rays = chunk.count;
+  schedule.foot.assign(rays, 0);
+  tables.resize(static_cast<size_t>(map_count));
+  for (int32_t m = 0; m < map_count; ++m) {
+    Table &table = tables[static_cast<size_t>(m)];
+    table.directions.assign(rays * 3 * kLanes, 0.0F);
+    table.weights.assign(maps[m].sampler == OB_SAMPLE_LOBE ? 0 : rays * kLanes, 0.0F);
+  }
+  const Target target{maps, &schedule, &tables};
+  run_parallel(threads, static_cast<int64_t>(plan.sets) * kGroups, [&](auto next) {
+    for (int64_t piece = next(); piece >= 0; piece = next()) {
+      const auto set = static_cast<uint32_t>(piece / kGroups);
+      const size_t base = static_cast<size_t>(piece) * static_cast<size_t>(chunk.count);
+      fill_group(plan, mix(plan.seed, set), static_cast<int>(piece % kGroups), base, chunk, target);
+    }
+  });
+}
+
+} // namespace ob

@@ -1,0 +1,367 @@
+// The bake's loop: chunks of rays, tiles of texels, groups of sixteen, maps.
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <vector>
+
+#if defined(__x86_64__) || defined(_M_X64)
+#include <immintrin.h>
+#endif
+#if defined(OCCLUSION_PROFILE)
+#include <x86intrin.h>
+#endif
+
+#include "gather.h"
+#include "parallel.h"
+#include "scene.h"
+#include "sobol.h"
+#include "status.h"
+#include "tables.h"
+
+namespace ob {
+namespace {
+
+std::atomic<int64_t> embree_cycles{0};
+std::atomic<int64_t> all_cycles{0};
+
+int64_t cycles() {
+#if defined(OCCLUSION_PROFILE)
+  return static_cast<int64_t>(__rdtsc());
+#else
+  return 0;
+#endif
+}
+
+// Embree wants denormals flushed while it traces; the thread's own setting comes back at the end.
+class FlushDenormals {
+public:
+#if defined(__x86_64__) || defined(_M_X64)
+  FlushDenormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }
+  ~FlushDenormals() { _mm_setcsr(before_); }
+  FlushDenormals(const FlushDenormals &) = delete;
+  FlushDenormals &operator=(const FlushDenormals &) = delete;
+
+private:
+  unsigned before_;
+#endif
+};
+
+struct Job {
+  const Geometry &geometry;
+  const ob_surface &surface;
+  const ob_trace_settings &settings;
+  const ob_map *maps;
+  int32_t map_count;
+  float *const *sums;
+  float *const *halves;
+  ob_control *control;
+  Plan plan;
+  std::vector<Chunk> chunks;
+  std::vector<int32_t> tiles; // those with a texel to bake
+  int32_t tiles_wide;
+  int64_t texels;
+};
+
+const PacketCode &choose_code(int width) {
+#if defined(__x86_64__) && defined(__GNUC__)
+  __builtin_cpu_init();
+  if (width == 16 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+    return kAvx512Packets;
+  }
+  if (width >= 8 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+    return kAvx2Packets;
+  }
+#endif
+  (void)width;
+  return kBaselinePackets;
+}
+
+using TraceFunction = decltype(&*PacketCode{}.trace[0]);
+
+TraceFunction choose_trace(const PacketCode &code, int width) {
+  const int index = width == 16 ? 3 : (width == 8 ? 2 : (width == 4 ? 1 : 0));
+  return code.trace[index];
+}
+
+// One thread's work on one chunk of rays.
+class Worker {
+public:
+  Worker(const Job &job, size_t chunk, const Schedule &schedule, const std::vector<Table> &tables)
+      : job_(job), schedule_(schedule), tables_(tables), code_(choose_code(job.settings.packet_width)),
+        trace_(choose_trace(code_, job.settings.packet_width)),
+        feet_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)},
+        first_half_(job.halves != nullptr && 2 * chunk < job.chunks.size()) {}
+
+  void bake_tile(int32_t tile) {
+    const int32_t x = tile % job_.tiles_wide;
+    const int32_t y = tile / job_.tiles_wide;
+    const uint32_t hash = mix(mix(job_.plan.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y));
+    set_ = hash % static_cast<uint32_t>(schedule_.sets);
+    const float turn = 6.28318531F * to_unit(mix(hash, 1U));
+    cos_turn_ = std::cos(turn);
+    sin_turn_ = std::sin(turn);
+    for (int group = 0; group < kGroups && !cancelled(job_.control); ++group) {
+      bake_group(x, y, group);
+    }
+  }
+
+  int64_t embree_cycles() const { return embree_cycles_; }
+
+private:
+  void bake_group(int32_t tile_x, int32_t tile_y, int group) {
+    const int active = gather(job_.surface, tile_x, tile_y, group, feet_, code_, group_);
+    if (active == 0) {
+      return;
+    }
+    code_.place(group_, feet_.side * feet_.side, frames_);
+    for (int32_t map = 0; map < job_.map_count; ++map) {
+      trace_map(map, tile_x, tile_y, group);
+    }
+    advance(job_.control, static_cast<int64_t>(active) * schedule_.rays * job_.map_count);
+  }
+
+  void trace_map(int32_t index, int32_t tile_x, int32_t tile_y, int group) {
+    const ob_map &map = job_.maps[index];
+    const ob_trace_settings &settings = job_.settings;
+    const bool reflected = map.axis == OB_AXIS_REFLECTED;
+    Viewer viewer{reflected, settings.orthographic != 0, {}, {}};
+    std::memcpy(viewer.position, settings.viewer, sizeof(viewer.position));
+    std::memcpy(viewer.forward, settings.forward, sizeof(viewer.forward));
+    code_.aim(viewer, feet_.side * feet_.side, cos_turn_, sin_turn_, frames_);
+    const LaneMask active = reflected ? facing(viewer) : group_.active;
+    const size_t first = (set_ * kGroups + static_cast<size_t>(group)) * static_cast<size_t>(schedule_.rays);
+    const Table &table = tables_[static_cast<size_t>(index)];
+    const float *weights = table.weights.empty() ? nullptr : table.weights.data() + first * kLanes;
+    const bool below = reflected || map.sampler == OB_SAMPLE_SPHERE;
+    const Packet packet{&job_.geometry.device->embree, job_.geometry.handle, settings.distance,
+                        schedule_.rays,                below,                table.directions.data() + first * 3 * kLanes,
+                        weights,                       schedule_.foot.data() + first};
+    Lanes sums{};
+    trace_(packet, group_, frames_, active, sums, embree_cycles_);
+    store(index, tile_x, tile_y, group, active, sums);
+  }
+
+  // The lanes whose texel, at the mean of its footprint, does not turn its back to the viewer.
+  LaneMask facing(const Viewer &viewer) const {
+    Lanes toward{};
+    for (int foot = 0; foot < feet_.side * feet_.side; ++foot) {
+      const Lanes3 &p = frames_.position[foot];
+      const Lanes3 &n = frames_.normal[foot];
+      const bool along = viewer.orthographic;
+      const float *f = viewer.forward;
+      const float *v = viewer.position;
+      toward += (along ? Lanes{} - f[0] : v[0] - p.x) * n.x + (along ? Lanes{} - f[1] : v[1] - p.y) * n.y +
+                (along ? Lanes{} - f[2] : v[2] - p.z) * n.z;
+    }
+    return group_.active & (toward > 0.0F);
+  }
+
+  void store(int32_t map, int32_t tile_x, int32_t tile_y, int group, const LaneMask &traced, const Lanes &sums) {
+    float *half = first_half_ ? job_.halves[map] : nullptr;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (group_.active[lane] == 0) {
+        continue;
+      }
+      const Texel place = texel_of(tile_x, tile_y, group, lane);
+      const int64_t texel = static_cast<int64_t>(place.y) * job_.surface.width + place.x;
+      float &sum = job_.sums[map][texel];
+      sum = traced[lane] == 0 || sum < 0.0F ? -1.0F : sum + sums[lane];
+      if (half != nullptr) {
+        half[texel] = sum;
+      }
+    }
+  }
+
+  const Job &job_;
+  const Schedule &schedule_;
+  const std::vector<Table> &tables_;
+  const PacketCode &code_;
+  TraceFunction trace_;
+  Feet feet_;
+  bool first_half_;
+  size_t set_ = 0;
+  float cos_turn_ = 1.0F;
+  float sin_turn_ = 0.0F;
+  int64_t embree_cycles_ = 0;
+  Group group_{};
+  Frames frames_{};
+};
+
+void find_tiles(Job &job) {
+  const ob_surface &surface = job.surface;
+  job.tiles_wide = (surface.width + kTile - 1) / kTile;
+  const int32_t tiles_high = (surface.height + kTile - 1) / kTile;
+  std::vector<uint8_t> used(static_cast<size_t>(job.tiles_wide) * static_cast<size_t>(tiles_high));
+  for (int32_t y = 0; y < surface.height; ++y) {
+    const int32_t *row = surface.owner + static_cast<int64_t>(y) * surface.width;
+    uint8_t *used_row = used.data() + static_cast<int64_t>(y / kTile) * job.tiles_wide;
+    for (int32_t x = 0; x < surface.width; ++x) {
+      if (row[x] >= 0) {
+        used_row[x / kTile] = 1;
+        ++job.texels;
+      }
+    }
+  }
+  for (size_t tile = 0; tile < used.size(); ++tile) {
+    if (used[tile] != 0) {
+      job.tiles.push_back(static_cast<int32_t>(tile));
+    }
+  }
+}
+
+void clear_sums(const Job &job) {
+  for (int64_t i = 0; i < static_cast<int64_t>(job.surface.width) * job.surface.height; ++i) {
+    if (job.surface.owner[i] < 0) {
+      continue;
+    }
+    for (int32_t map = 0; map < job.map_count; ++map) {
+      job.sums[map][i] = 0.0F;
+      if (job.halves != nullptr && job.halves[map] != nullptr) {
+        job.halves[map][i] = 0.0F;
+      }
+    }
+  }
+}
+
+void trace_chunk(const Job &job, size_t chunk, const Schedule &schedule, const std::vector<Table> &tables) {
+  run_parallel(thread_count(job.settings.threads), static_cast<int64_t>(job.tiles.size()), [&](auto next) {
+    const FlushDenormals flush;
+    const int64_t start = cycles();
+    Worker worker(job, chunk, schedule, tables);
+    for (int64_t piece = next(); piece >= 0 && !cancelled(job.control); piece = next()) {
+      worker.bake_tile(job.tiles[static_cast<size_t>(piece)]);
+    }
+    embree_cycles += worker.embree_cycles();
+    all_cycles += cycles() - start;
+  });
+}
+
+int32_t trace(Job &job) {
+  find_tiles(job);
+  clear_sums(job);
+  begin(job.control, job.texels * job.settings.rays * job.map_count);
+  const int threads = thread_count(job.settings.threads);
+  Schedule schedule;
+  std::vector<Table> tables;
+  for (size_t chunk = 0; chunk < job.chunks.size() && !cancelled(job.control); ++chunk) {
+    const int64_t start = cycles();
+    fill_tables(job.plan, job.chunks[chunk], job.maps, job.map_count, threads, schedule, tables);
+    all_cycles += (cycles() - start) * threads;
+    trace_chunk(job, chunk, schedule, tables);
+  }
+  return cancelled(job.control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
+}
+
+const char *complaint(const ob_surface *surface) {
+  if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||
+      surface->owner == nullptr || surface->width < 1 || surface->height < 1) {
+    return "a surface without vertices, triangles, UVs, owners or size";
+  }
+  for (int64_t i = 0; i < 3 * surface->triangle_count; ++i) {
+    if (surface->triangles[i] < 0 || surface->triangles[i] >= surface->vertex_count) {
+      return "a triangle of the surface names a vertex that does not exist";
+    }
+  }
+  for (int64_t i = 0; i < static_cast<int64_t>(surface->width) * surface->height; ++i) {
+    if (surface->owner[i] < -1 || surface->owner[i] >= surface->triangle_count) {
+      return "a texel's owner is a triangle that does not exist";
+    }
+  }
+  return nullptr;
+}
+
+const char *complaint(const ob_trace_settings &settings) {
+  if (settings.rays < 1 || settings.rays > kMostRays) {
+    return "rays must be 1 to 1048576";
+  }
+  if (!(settings.distance > 0.0F)) {
+    return "the distance must be above 0";
+  }
+  const int32_t width = settings.packet_width;
+  if (width != 0 && width != 1 && width != 4 && width != 8 && width != 16) {
+    return "the packet width must be 1, 4, 8, 16, or 0 for the native one";
+  }
+  return nullptr;
+}
+
+const char *complaint(const ob_map *maps, int32_t map_count, float *const *sums) {
+  if (maps == nullptr || map_count < 1 || sums == nullptr) {
+    return "no maps, or no place for their sums";
+  }
+  for (int32_t i = 0; i < map_count; ++i) {
+    const ob_map &map = maps[i];
+    if (sums[i] == nullptr || map.sampler < OB_SAMPLE_LOBE || map.sampler > OB_SAMPLE_SPHERE ||
+        map.axis < OB_AXIS_NORMAL || map.axis > OB_AXIS_REFLECTED || !(map.exponent >= 0.0) || !std::isfinite(map.exponent)) {
+      return "a map with an unknown sampler or axis, an exponent that is negative or not finite, or no place for its sums";
+    }
+    if (map.sampler == OB_SAMPLE_HEMISPHERE && map.axis != OB_AXIS_NORMAL) {
+      return "the uniform hemisphere is about the normal; a reflected lobe takes its own sampler or the sphere";
+    }
+  }
+  return nullptr;
+}
+
+} // namespace
+} // namespace ob
+
+extern "C" {
+
+int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
+                 int32_t map_count, float *const *sums, float *const *halves, ob_control *control) {
+  return ob::guarded([&]() -> int32_t {
+    if (scene == nullptr || !scene->committed || settings == nullptr) {
+      return ob::fail(OB_INVALID, "ob_trace without a built scene or settings");
+    }
+    for (const char *wrong : {ob::complaint(surface), ob::complaint(*settings), ob::complaint(maps, map_count, sums)}) {
+      if (wrong != nullptr) {
+        return ob::fail(OB_INVALID, wrong);
+      }
+    }
+    ob_trace_settings chosen = *settings;
+    if (chosen.packet_width == 0) {
+      chosen.packet_width = scene->geometry.device->native_width;
+    }
+    const ob::Plan plan = ob::plan_rays(chosen.rays, chosen.seed);
+    ob::Job job{scene->geometry, *surface, chosen, maps, map_count, sums, halves, control, plan, ob::chunks_of(plan), {}, 0, 0};
+    return ob::trace(job);
+  });
+}
+
+int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals) {
+  return ob::guarded([&]() -> int32_t {
+    if (const char *wrong = ob::complaint(surface)) {
+      return ob::fail(OB_INVALID, wrong);
+    }
+    if (positions == nullptr || normals == nullptr) {
+      return ob::fail(OB_INVALID, "ob_surface_points without a place for its results");
+    }
+    ob::run_parallel(ob::thread_count(threads), surface->height, [&](auto next) {
+      ob::Group group{};
+      ob::Frames frames{};
+      for (int64_t y = next(); y >= 0; y = next()) {
+        for (int32_t x = 0; x < surface->width; ++x) {
+          const int64_t texel = y * surface->width + x;
+          if (surface->owner[texel] < 0) {
+            continue;
+          }
+          ob::gather_middle(*surface, {x, static_cast<int32_t>(y)}, group);
+          ob::kBaselinePackets.place(group, 1, frames);
+          const ob::Lanes3 &p = frames.position[0];
+          const ob::Lanes3 &n = frames.normal[0];
+          const float values[2][3] = {{p.x[0], p.y[0], p.z[0]}, {n.x[0], n.y[0], n.z[0]}};
+          std::memcpy(positions + 3 * texel, values[0], sizeof(values[0]));
+          std::memcpy(normals + 3 * texel, values[1], sizeof(values[1]));
+        }
+      }
+    });
+    return OB_OK;
+  });
+}
+
+void ob_profile(int64_t *embree, int64_t *all) {
+  *embree = ob::embree_cycles;
+  *all = ob::all_cycles;
+}
+
+} // extern "C"

@@ -1,0 +1,132 @@
+"""What blocks light, as trees of Embree's: which objects are within reach, which are instanced, in whose frame.
+
+A bake is traced in float32 about the middle of its object. Meshes that stand in the scene once become part of one flat
+tree; those that stand in it often, and are large, are stored once and instanced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .embree import Device
+from .progress import Progress
+from .scene import Doubles, Floats, Instance, Mesh, bounds_of, centre_of, placed
+from .tracer import Geometry, TraceScene
+
+# A copy costs memory, an instance tracing time: below so many extra triangles a repeated mesh is copied.
+COPIED_TRIANGLES = 1 << 18
+# An object may be baked in a frame whose origin is off its middle by so many of its radii: two bits of a float32's 24.
+FRAME_RADII = 4.0
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A built scene and the world-space point that is its origin ((3,) float64)."""
+
+    scene: TraceScene
+    origin: Doubles
+    flat: frozenset[int]  # places, in the list of occluders, of those in the flat tree
+    instanced: frozenset[int]
+
+    def serves(self, target: Instance, own: int | None, wanted: frozenset[int]) -> bool:
+        """Whether the target may be traced in it: near enough, not itself an instance, nothing wanted missing."""
+        low, high = bounds_of(target)
+        radius = 0.5 * float(np.linalg.norm(high - low))
+        near = float(np.linalg.norm(centre_of(target) - self.origin)) <= FRAME_RADII * radius
+        return near and own not in self.instanced and wanted == self.flat | self.instanced
+
+
+class Occluders:
+    """The occluders of a scene, built when first needed and kept for the next object where that costs no precision."""
+
+    def __init__(self, device: Device, instances: Sequence[Instance], distance: float = np.inf) -> None:
+        self._device = device
+        self._distance = distance
+        self._instances = [_without_broken(instance) for instance in instances]
+        self.warnings = [
+            f"{old.name}: triangles with non-finite vertices do not occlude"
+            for old, new in zip(instances, self._instances, strict=True)
+            if old.mesh is not new.mesh
+        ]
+        self._bounds = [bounds_of(instance) for instance in self._instances]
+        self._geometries: dict[int, tuple[Geometry, Doubles]] = {}
+        self._frame: Frame | None = None
+
+    def frame_for(self, target: Instance, progress: Progress) -> Frame:
+        """The scene to trace the target in. Raises Cancelled, MemoryError."""
+        wanted = frozenset(i for i in range(len(self._instances)) if self._within_reach(i, target))
+        own = next((i for i, instance in enumerate(self._instances) if _is_same(instance, target)), None)
+        if self._frame is None or not self._frame.serves(target, own, wanted):
+            self._frame = None  # free the old tree before the new one grows
+            self._frame = self._build(target, own, wanted, progress)
+        return self._frame
+
+    def _within_reach(self, index: int, target: Instance) -> bool:
+        low, high = self._bounds[index]
+        if not (np.isfinite(low).all() and np.isfinite(high).all()):
+            return False
+        own_low, own_high = bounds_of(target)
+        gap = np.maximum(np.maximum(low - own_high, own_low - high), 0.0)
+        return float(np.linalg.norm(gap)) <= self._distance * (1.0 + 1e-6)
+
+    def _build(self, target: Instance, own: int | None, wanted: frozenset[int], progress: Progress) -> Frame:
+        origin = centre_of(target)
+        scene = TraceScene(self._device)
+        instanced: set[int] = set()
+        for uses in self._by_mesh(wanted):
+            mesh = self._instances[uses[0]].mesh
+            many = (len(uses) - 1) * len(mesh.triangles) > COPIED_TRIANGLES
+            apart = {i for i in uses if i != own} if many else set()
+            for i in uses:
+                if i not in apart:
+                    copy = placed(self._instances[i], origin)
+                    scene.add(copy.vertices, copy.triangles)
+            if apart:
+                self._add_instances(scene, mesh, sorted(apart), origin, progress)
+                instanced |= apart
+        scene.commit(progress.control)
+        return Frame(scene, origin, wanted - instanced, frozenset(instanced))
+
+    def _by_mesh(self, wanted: frozenset[int]) -> list[list[int]]:
+        groups: dict[int, list[int]] = {}
+        for i in sorted(wanted):
+            groups.setdefault(id(self._instances[i].mesh), []).append(i)
+        return list(groups.values())
+
+    def _add_instances(
+        self, scene: TraceScene, mesh: Mesh, uses: list[int], origin: Doubles, progress: Progress
+    ) -> None:
+        if id(mesh) not in self._geometries:
+            self._geometries[id(mesh)] = _centred(self._device, mesh, progress)
+        geometry, centre = self._geometries[id(mesh)]
+        matrices = np.array([self._instances[i].matrix for i in uses])
+        matrices[:, :3, 3] += matrices[:, :3, :3] @ centre - origin
+        scene.add_instances(geometry, matrices[:, :3])
+
+
+def _centred(device: Device, mesh: Mesh, progress: Progress) -> tuple[Geometry, Doubles]:
+    """The mesh about the middle of its own box, and that middle."""
+    box = np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)], dtype=np.float64)
+    centre: Doubles = box.mean(axis=0)
+    vertices: Floats = (mesh.vertices - centre).astype(np.float32)
+    return Geometry(device, vertices, mesh.triangles, progress.control), centre
+
+
+def _is_same(instance: Instance, target: Instance) -> bool:
+    return (
+        instance.name == target.name and instance.mesh is target.mesh and np.array_equal(instance.matrix, target.matrix)
+    )
+
+
+def _without_broken(instance: Instance) -> Instance:
+    """The instance without the triangles that touch a non-finite vertex: Embree would drop them without a word."""
+    mesh = instance.mesh
+    sound = np.isfinite(mesh.vertices).all(axis=1)
+    if sound.all():
+        return instance
+    vertices = np.where(sound[:, None], mesh.vertices, np.float32(0.0))
+    triangles = mesh.triangles[sound[mesh.triangles].all(axis=1)]
+    return Instance(instance.name, Mesh(mesh.name, vertices, triangles), instance.matrix)

@@ -1,0 +1,116 @@
+"""UV triangles to texels: which triangle owns each, how much of it is covered, where it lies on the surface."""
+
+from __future__ import annotations
+
+from ctypes import byref
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import kernel_api as api
+from .errors import InputError
+from .scene import Floats, Ints, Placed
+from .tracer import describe_surface
+
+
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """The texels of one mesh in one image.
+
+    owner: (H, W) int32, the triangle that covers most of the texel, -1 none. coverage: (H, W) float32, the share of the
+    texel that triangles cover, at most 1. warnings: a line each on UVs that cannot be baked as they are.
+    """
+
+    owner: Ints
+    coverage: Floats
+    count: int
+    warnings: list[str]
+
+    @property
+    def covered(self) -> NDArray[np.bool_]:
+        """(H, W) bool: texels that some triangle covers in part; conservative, none is left out."""
+        mask: NDArray[np.bool_] = self.owner >= 0
+        return mask
+
+
+def rasterize(
+    name: str,
+    uv: Floats,
+    width: int,
+    height: int,
+    *,
+    skip: NDArray[np.bool_] | None = None,
+    threads: int = 0,
+    control: api.Control | None = None,
+) -> Texels:
+    """Find the texels of (T, 3, 2) UVs in a width × height image; `skip` (T,) leaves triangles out.
+
+    The largest coverage owns a texel; of equals the later triangle, as in Cycles. Raises InputError where no texel is
+    covered, Cancelled.
+    """
+    owner = np.empty((height, width), dtype=np.int32)
+    coverage = np.empty((height, width), dtype=np.float32)
+    report = _rasterize(uv, owner, coverage, api.RULE_COVERAGE, skip, threads, control)
+    if report.covered == 0:
+        raise InputError(f"{name}: {_why_none(report, uv)}; unwrap it anew, or bake with chart UVs (--uv charts)")
+    return Texels(owner, coverage, int(report.covered), _warnings(name, report, width * height))
+
+
+def owners_by_centre(uv: Floats, width: int, height: int, *, threads: int = 0) -> Ints:
+    """(H, W) int32 owners by Cycles' rule: the last triangle over (x + 0.501, y + 0.502), y from below; -1 none."""
+    owner = np.empty((height, width), dtype=np.int32)
+    _rasterize(uv, owner, None, api.RULE_CENTRE, None, threads, None)
+    return owner
+
+
+def surface_points(surface: Placed, owner: Ints, *, threads: int = 0) -> tuple[Floats, Floats]:
+    """Positions and unit shading normals, (H, W, 3) float32 each, mid-footprint of each owned texel; 0 elsewhere."""
+    positions = np.zeros((*owner.shape, 3), dtype=np.float32)
+    normals = np.zeros_like(positions)
+    described = describe_surface(surface, owner)
+    places = (api.address(positions, np.float32), api.address(normals, np.float32))
+    api.check(api.library().ob_surface_points(byref(described), threads, *places))
+    return positions, normals
+
+
+def _rasterize(
+    uv: Floats,
+    owner: Ints,
+    coverage: Floats | None,
+    rule: int,
+    skip: NDArray[np.bool_] | None,
+    threads: int,
+    control: api.Control | None,
+) -> api.RasterReport:
+    height, width = owner.shape
+    report = api.RasterReport()
+    flags = None if skip is None else np.ascontiguousarray(skip, dtype=np.uint8)
+    status = api.library().ob_rasterize(
+        *(api.address(uv, np.float32), len(uv), api.address(flags, np.uint8), width, height, rule, threads),
+        *(api.address(owner, np.int32), api.address(coverage, np.float32)),
+        *(byref(report), None if control is None else byref(control)),
+    )
+    api.check(status)
+    return report
+
+
+def _why_none(report: api.RasterReport, uv: Floats) -> str:
+    if report.outside == len(uv):
+        return "all of its UVs lie outside the 0-1 square"
+    return f"its UVs cover no texel ({report.degenerate} of {len(uv)} triangles have no area in the texture)"
+
+
+def _warnings(name: str, report: api.RasterReport, texels: int) -> list[str]:
+    lines = []
+    if report.overlapped:
+        share = 100.0 * report.overlapped / max(report.covered, 1)
+        lines.append(
+            f"{name}: UVs overlap on {report.overlapped} of {report.covered} texels ({share:.1f} %); "
+            "each shows one of its faces"
+        )
+    if report.outside:
+        lines.append(f"{name}: {report.outside} triangles leave the 0-1 UV square; what lies outside is not baked")
+    if report.degenerate:
+        lines.append(f"{name}: {report.degenerate} triangles have no area in the texture and get no texels")
+    return lines

@@ -1,0 +1,168 @@
+"""Scenes and rays: the kernel's handles as Python objects, arrays in and arrays out."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from ctypes import byref, c_void_p
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import kernel_api as api
+from .embree import Device
+from .estimators import Estimator
+from .scene import Camera, Doubles, Floats, Ints, Placed
+
+
+class Geometry:
+    """Triangles in a tree of their own, to be instanced. vertices (V, 3) float32, triangles (T, 3) int32."""
+
+    def __init__(self, device: Device, vertices: Floats, triangles: Ints, control: api.Control | None = None) -> None:
+        self.device = device
+        self.handle = c_void_p()
+        status = api.library().ob_mesh_build(
+            device.handle, *_mesh(vertices, triangles), _pointer(control), byref(self.handle)
+        )
+        api.check(status)
+
+    def __del__(self) -> None:
+        if getattr(self, "handle", None):
+            api.library().ob_mesh_free(self.handle)
+
+
+class TraceScene:
+    """Everything that blocks rays, in one frame. Fill it, `commit` once, trace as often as wanted."""
+
+    def __init__(self, device: Device) -> None:
+        self.device = device
+        self.handle = c_void_p()
+        api.check(api.library().ob_scene_begin(device.handle, byref(self.handle)))
+
+    def __del__(self) -> None:
+        if getattr(self, "handle", None):
+            api.library().ob_scene_free(self.handle)
+
+    def add(self, vertices: Floats, triangles: Ints) -> None:
+        """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32."""
+        if len(triangles):
+            api.check(api.library().ob_scene_add_triangles(self.handle, *_mesh(vertices, triangles)))
+
+    def add_instances(self, geometry: Geometry, matrices: Doubles) -> None:
+        """The geometry under each of (N, 3, 4) matrices, mesh to scene."""
+        rows = np.ascontiguousarray(matrices, dtype=np.float32)
+        status = api.library().ob_scene_add_instances(
+            self.handle, geometry.handle, api.address(rows, np.float32), len(rows)
+        )
+        api.check(status)
+
+    def commit(self, control: api.Control | None = None) -> None:
+        """Build the tree. Raises Cancelled, MemoryError."""
+        api.check(api.library().ob_scene_commit(self.handle, _pointer(control)))
+
+    def visible(self, origins: Floats, directions: Floats, distance: float = np.inf) -> NDArray[np.bool_]:
+        """V along rays: origins, directions (N, 3) float32 → (N,) bool, True where nothing is hit before distance."""
+        answer = np.zeros(len(origins), dtype=np.uint8)
+        pointer = answer.ctypes.data_as(ctypes.POINTER(ctypes.c_uint8))
+        rays = (api.address(origins, np.float32), api.address(directions, np.float32), len(origins))
+        api.check(api.library().ob_visible(self.handle, *rays, distance, pointer))
+        return answer.astype(bool)
+
+
+@dataclass(frozen=True)
+class Rays:
+    """How to trace. distance: scene units, inf = no limit. threads 0: all. packet_width 0: the device's native one."""
+
+    count: int
+    seed: int = 0
+    distance: float = np.inf
+    threads: int = 0
+    packet_width: int = 0
+    camera: Camera | None = None  # in the frame of the scene
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """What tracing brings, a row an estimator.
+
+    all: (M, H, W) float32, the sum over the rays; -1 where the texel faces away from the camera, 0 where it has no
+    owner. first_half: the same over the first count // 2 rays, None if not asked for.
+    """
+
+    all: Floats
+    first_half: Floats | None
+
+
+def trace(
+    scene: TraceScene,
+    surface: Placed,
+    owner: Ints,
+    estimators: Sequence[Estimator],
+    rays: Rays,
+    *,
+    halves: bool = True,
+    control: api.Control | None = None,
+) -> Sums:
+    """Trace every owned texel's rays. owner: (H, W) int32, the surface's triangle a texel belongs to, -1 none.
+
+    Same input and seed, same bits, whatever the number of threads. Raises Cancelled, MemoryError, InputError.
+    """
+    shape = (len(estimators), *owner.shape)
+    sums = np.zeros(shape, dtype=np.float32)
+    first_half = np.zeros(shape, dtype=np.float32) if halves else None
+    described = describe_surface(surface, owner)
+    status = api.library().ob_trace(
+        scene.handle,
+        byref(described),
+        byref(_settings(rays)),
+        (api.Map * len(estimators))(*(api.Map(e.sampler, e.axis, e.exponent) for e in estimators)),
+        len(estimators),
+        _rows(sums),
+        None if first_half is None else _rows(first_half),
+        _pointer(control),
+    )
+    api.check(status)
+    return Sums(sums, first_half)
+
+
+def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
+    """The surface as the kernel takes it; the caller keeps the arrays alive."""
+    return api.Surface(
+        api.address(surface.vertices, np.float32),
+        api.address(surface.triangles, np.int32),
+        api.address(surface.uv, np.float32),
+        api.address(surface.normals, np.float32),
+        api.address(owner, np.int32),
+        len(surface.vertices),
+        len(surface.triangles),
+        owner.shape[1],
+        owner.shape[0],
+    )
+
+
+def _settings(rays: Rays) -> api.TraceSettings:
+    vector = ctypes.c_float * 3
+    camera = rays.camera or Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
+    return api.TraceSettings(
+        rays.count,
+        rays.threads,
+        rays.packet_width,
+        int(camera.orthographic),
+        rays.seed & 0xFFFFFFFFFFFFFFFF,
+        rays.distance,
+        vector(*camera.position),
+        vector(*camera.forward),
+    )
+
+
+def _rows(images: Floats) -> ctypes.Array[c_void_p]:
+    return (c_void_p * len(images))(*(image.ctypes.data for image in images))
+
+
+def _mesh(vertices: Floats, triangles: Ints) -> tuple[int | None, int, int | None, int]:
+    return api.address(vertices, np.float32), len(vertices), api.address(triangles, np.int32), len(triangles)
+
+
+def _pointer(control: api.Control | None) -> object:
+    return None if control is None else byref(control)

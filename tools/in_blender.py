@@ -1,0 +1,84 @@
+"""Runs inside Blender, or Blender as a module, for try_extension.py: `-- VERB [ARGUMENT…]`, several parted by `--`.
+
+install ZIP: install and enable the extension. check FOLDER: its wheels import, from within FOLDER. scene FILE: save a
+small scene. command FILE ARGUMENT…: open FILE and call the extension's command. operator: bake the default cube.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable
+from itertools import groupby
+from pathlib import Path
+
+import bpy
+
+MODULE = "bl_ext.user_default.occlusion_bake"
+WHEELS = ("OpenImageIO", "embreex", "occlusion_bake_kernel")
+
+
+def install(path: str) -> None:
+    bpy.ops.extensions.package_install_files(filepath=path, repo="user_default", enable_on_install=True)
+
+
+def check(folder: str) -> None:
+    if MODULE not in bpy.context.preferences.addons:
+        raise SystemExit(f"{MODULE} is not enabled")
+    for name in (*WHEELS, *(["xatlas"] if sys.version_info < (3, 14) else [])):
+        origin = importlib.import_module(name).__file__ or ""
+        if not Path(origin).is_relative_to(folder):
+            raise SystemExit(f"{name} is not the extension's own but {origin}")
+    library = importlib.import_module("occlusion_bake_kernel").library_path()
+    importlib.import_module("ctypes").CDLL(library)
+    python = ".".join(map(str, sys.version_info[:3]))
+    print(f"Blender {bpy.app.version_string}, Python {python}: enabled, its wheels import, the kernel loads")
+
+
+def scene(path: str) -> None:
+    """A cube on a floor, both with UVs."""
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.mesh.primitive_plane_add(size=4.0)
+    bpy.ops.mesh.primitive_cube_add(size=1.0, location=(0.0, 0.0, 0.5))
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+
+
+def command(path: str, *arguments: str) -> None:
+    bpy.ops.wm.open_mainfile(filepath=path)
+    status = importlib.import_module(f"{MODULE}.addon.command").main(list(arguments))
+    if status:
+        raise SystemExit(f"the command ended with {status}")
+
+
+def operator() -> None:
+    """The operator bakes the cube of the default scene and leaves a picture of it."""
+    cube = bpy.data.objects["Cube"]
+    bpy.context.view_layer.objects.active = cube
+    cube.select_set(True)
+    before = {image.name for image in bpy.data.images}
+    if (result := bpy.ops.occlusion_bake.bake()) != {"FINISHED"}:
+        raise SystemExit(f"bpy.ops.occlusion_bake.bake() gave {result}")
+    left = [image for image in bpy.data.images if image.name not in before and min(image.size) > 0]
+    if not left:
+        raise SystemExit("bpy.ops.occlusion_bake.bake() left no image")
+    print(f"the operator left {', '.join(f'{image.name} {tuple(image.size)}' for image in left)}")
+
+
+VERBS: dict[str, Callable[..., None]] = {
+    "install": install,
+    "check": check,
+    "scene": scene,
+    "command": command,
+    "operator": operator,
+}
+
+
+def main(arguments: list[str]) -> None:
+    for parted, words in groupby(arguments, lambda word: word == "--"):
+        if not parted:
+            verb, *rest = words
+            VERBS[verb](*rest)
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1 :])
