@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .embree import Device, open_device
+from .embree import open_device
 from .errors import InputError
 from .estimators import AO, Axis, Estimator
 from .finish import fill_margin
@@ -20,7 +20,7 @@ from .progress import Progress
 from .scene import Camera, Floats, Instance, Scene, check_target, placed, zero_area
 from .solve import solve
 from .texels import Texels, rasterize
-from .tracer import Rays, trace
+from .tracer import Rays, Sums, trace
 
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
@@ -86,60 +86,75 @@ class Baked:
     warnings: list[str] = field(default_factory=list)
 
 
-def bake(scene: Scene, settings: Settings, progress: Progress | None = None) -> Iterator[Baked]:
-    """Bake the scene's targets one after the other.
+class Baker:
+    """Bakes the targets of one scene with one set of settings; occluders are built once where they serve several.
 
-    Yields a result an object, so that each can be written and forgotten before the next. Raises InputError, Cancelled,
-    MemoryError. Same scene and settings, same bits, whatever the number of threads.
+    Raises InputError where a map needs a camera and the scene has none, or where there is no Embree.
     """
-    progress = progress or Progress(len(scene.targets))
-    _check_camera(scene, settings)
-    device = open_device(settings.threads)
-    occluders = Occluders(device, scene.occluders, settings.reach)
-    warnings = list(occluders.warnings)
-    for target in scene.targets:
-        baked = _bake_object(target, scene, settings, occluders, progress)
-        baked.warnings[:0], warnings = warnings, []  # those on occluders stand once, with the first object
-        yield baked
-        progress.finish_object()
+
+    def __init__(self, scene: Scene, settings: Settings, progress: Progress | None = None) -> None:
+        if scene.camera is None and any(each.axis is Axis.REFLECTED for each in settings.estimators):
+            raise InputError("the scene has no camera to take R from; add one, or bake RO with direction normal")
+        self.device = open_device(settings.threads)
+        self._scene = scene
+        self._settings = settings
+        self._progress = progress or Progress(len(scene.targets))
+        self._occluders = Occluders(self.device, scene.occluders, settings.reach)
+        self._warnings = list(self._occluders.warnings)
+
+    def bake(self, target: Instance) -> Baked:
+        """Bake one object. Raises InputError for one that cannot be, Cancelled, MemoryError.
+
+        Same scene and settings, same bits, whatever the number of threads.
+        """
+        try:
+            baked = self._bake(target)
+        finally:
+            self._progress.finish_object()
+        baked.warnings[:0] = self._warnings  # those on occluders stand once, with the first object
+        self._warnings = []
+        return baked
+
+    def _bake(self, target: Instance) -> Baked:
+        settings, progress = self._settings, self._progress
+        seconds: dict[str, float] = {}
+        warnings = check_target(target)
+        with _timed(seconds, "texels"):
+            texels = _texels_of(target, settings, progress)
+        with _timed(seconds, "build"):
+            progress.enter(f"{target.name}: building the scene")
+            frame = self._occluders.frame_for(target, progress)
+        with _timed(seconds, "trace"):
+            control = progress.enter(f"{target.name}: tracing")
+            surface = placed(target, frame.origin)
+            camera = _camera_in(frame, self._scene.camera)
+            rays = Rays(settings.rays, settings.seed, settings.reach, settings.threads, camera=camera)
+            sums = trace(frame.scene, surface, texels.owner, settings.estimators, rays, control=control)
+        with _timed(seconds, "solve"):
+            maps = {
+                estimator.name: _finished(sums, index, texels, settings, progress)
+                for index, estimator in enumerate(settings.estimators)
+            }
+        traced = texels.count * settings.rays * len(settings.estimators)
+        warnings += texels.warnings
+        return Baked(target.name, settings.width, settings.height, texels.count, traced, maps, seconds, warnings)
 
 
-def embree_of(settings: Settings) -> Device:
-    """The Embree that a bake with these settings uses."""
-    return open_device(settings.threads)
+def bake(scene: Scene, settings: Settings, progress: Progress | None = None) -> Iterator[Baked]:
+    """Bake the scene's targets one after the other; each result can be written and forgotten before the next.
+
+    Raises as `Baker` and its `bake`.
+    """
+    baker = Baker(scene, settings, progress)
+    yield from map(baker.bake, scene.targets)
 
 
-def _check_camera(scene: Scene, settings: Settings) -> None:
-    if scene.camera is None and any(estimator.axis is Axis.REFLECTED for estimator in settings.estimators):
-        raise InputError("the scene has no camera to take R from; add one, or bake RO with direction normal")
-
-
-def _bake_object(target: Instance, scene: Scene, settings: Settings, occluders: Occluders, progress: Progress) -> Baked:
-    seconds: dict[str, float] = {}
-    warnings = check_target(target)
-    with _timed(seconds, "texels"):
-        texels = _texels_of(target, settings, progress)
-    with _timed(seconds, "build"):
-        progress.enter(f"{target.name}: building the scene")
-        frame = occluders.frame_for(target, progress)
-    with _timed(seconds, "trace"):
-        surface = placed(target, frame.origin)
-        control = progress.enter(f"{target.name}: tracing")
-        rays = Rays(
-            settings.rays, settings.seed, settings.reach, settings.threads, camera=_camera_in(frame, scene.camera)
-        )
-        sums = trace(frame.scene, surface, texels.owner, settings.estimators, rays, control=control)
-    with _timed(seconds, "solve"):
-        maps = {}
-        for index, estimator in enumerate(settings.estimators):
-            progress.raise_if_cancelled()
-            solved = solve(sums, index, settings.rays, texels.covered)
-            values = fill_margin(solved.values, solved.covered, settings.margin)
-            coverage = np.where(solved.covered, texels.coverage, np.float32(0.0))
-            maps[estimator.name] = BakedMap(values, solved.covered, coverage, solved.error, solved.mean)
-    traced = texels.count * settings.rays * len(settings.estimators)
-    warnings += texels.warnings
-    return Baked(target.name, settings.width, settings.height, texels.count, traced, maps, seconds, warnings)
+def _finished(sums: Sums, index: int, texels: Texels, settings: Settings, progress: Progress) -> BakedMap:
+    progress.raise_if_cancelled()
+    solved = solve(sums, index, settings.rays, texels.covered)
+    values = fill_margin(solved.values, solved.covered, settings.margin)
+    coverage = np.where(solved.covered, texels.coverage, np.float32(0.0))
+    return BakedMap(values, solved.covered, coverage, solved.error, solved.mean)
 
 
 def _texels_of(target: Instance, settings: Settings, progress: Progress) -> Texels:

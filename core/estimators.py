@@ -1,8 +1,8 @@
 """What is estimated, and by which rays: AO, RO of any exponent, and the naive estimators of the study.
 
-Every map is ∫ V(ω) (e+1)/(2π) max(a·ω, 0)^e dω over the hemisphere of the shading normal n: a lobe of exponent e about an
-axis a. With a = n and e = 1 it is AO; with a = R, the reflected direction, RO. An estimator draws N directions from a
-density p and takes the mean of V times the integrand over p.
+Every map is ∫ V(ω) (e+1)/(2π) max(a·ω, 0)^e dω over the hemisphere of the shading normal n: a lobe of exponent e about
+an axis a. With a = n and e = 1 it is AO; with a = R, the reflected direction, RO. An estimator draws N directions from
+a density p and takes the mean of V times the integrand over p.
 """
 
 from __future__ import annotations

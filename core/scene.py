@@ -113,7 +113,7 @@ def centre_of(target: Instance) -> Doubles:
 
 
 def bounds_of(instance: Instance) -> tuple[Doubles, Doubles]:
-    """World-space box of an instance, from the eight corners of its object-space box: (low, high), each (3,) float64."""
+    """World-space box of an instance, from its object-space box's eight corners: (low, high), each (3,) float64."""
     vertices = instance.mesh.vertices
     if len(vertices) == 0:
         return np.full(3, np.inf), np.full(3, -np.inf)

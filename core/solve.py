@@ -12,10 +12,10 @@ from .tracer import Sums
 
 BLOCK = 8  # texels along a side of the blocks that share their points
 
-# The first and the second half of a texel's rays are estimates of their own; half their difference would be the error of
-# their mean, were they independent. They are not: each completes the other's points, and the mean is better than that.
-# Measured on the mesh of the sample `suzanne`, AO and RO of exponents 0, 10 and 100, against 8192 rays: the true error
-# is 0.73 to 0.80 of it at 4 to 256 rays (0.81 to 0.86 at 1024), and 0.65 to 0.70 at 2 and 3.
+# The first and the second half of a texel's rays are estimates of their own; half their difference would be the error
+# of their mean, were they independent. They are not: each completes the other's points, and the mean is better than
+# that. Measured on the mesh of the sample `suzanne`, AO and RO of exponents 0, 10 and 100, against 8192 rays: the true
+# error is 0.73 to 0.80 of it at 4 to 256 rays (0.81 to 0.86 at 1024), and 0.65 to 0.70 at 2 and 3.
 _FEW, _FEW_RAYS, _MANY = 0.68, 4, 0.76
 
 

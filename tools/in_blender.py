@@ -1,7 +1,7 @@
 """Runs inside Blender, or Blender as a module, for try_extension.py: `-- VERB [ARGUMENT…]`, several parted by `--`.
 
 install ZIP: install and enable the extension. check FOLDER: its wheels import, from within FOLDER. scene FILE: save a
-small scene. command FILE ARGUMENT…: open FILE and call the extension's command. operator: bake the default cube.
+small scene. command FILE ARGUMENT…: call the extension's command on FILE. operator: bake the default cube.
 """
 
 from __future__ import annotations
@@ -44,8 +44,7 @@ def scene(path: str) -> None:
 
 
 def command(path: str, *arguments: str) -> None:
-    bpy.ops.wm.open_mainfile(filepath=path)
-    status = importlib.import_module(f"{MODULE}.addon.command").main(list(arguments))
+    status = importlib.import_module(f"{MODULE}.addon.command").main([path, *arguments])
     if status:
         raise SystemExit(f"the command ended with {status}")
 

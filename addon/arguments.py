@@ -1,0 +1,87 @@
+"""The command's options: what they are called, what they mean, and what is refused."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from ..core.bake import Settings
+from ..core.errors import InputError
+from ..core.estimators import AO, Estimator, reflection, sampled
+
+COMPARED_SAMPLES = 64
+
+
+class _Parser(argparse.ArgumentParser):
+    """Refuses with an exception of ours, so that a wrong option ends in one line as any other wrong input."""
+
+    def error(self, message: str) -> NoReturn:
+        raise InputError(f"{message}; --help lists the options")
+
+
+def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
+    """The command's parser; `with_file` where the scene is named in the command itself."""
+    made = _Parser(prog=prog, description="Bake ambient and reflection occlusion.", allow_abbrev=False)
+    if with_file:
+        made.add_argument("file", type=Path, metavar="FILE", help="a .blend, .obj, .glb, .gltf or .ply file")
+    add = made.add_argument
+    add("--objects", nargs="+", metavar="NAME", help="what to bake (all meshes that render)")
+    add("--maps", nargs="+", choices=("ao", "ro"), default=["ao"], help="ambient and reflection occlusion (ao)")
+    add("--size", type=_size, default=(1024, 1024), metavar="N|WxH", help="texels of the image (1024)")
+    add("--rays", type=int, default=64, metavar="N", help="rays a texel and map (64)")
+    add("--distance", type=float, metavar="D", help="how far an occluder may be (no limit)")
+    add("--ro-exponent", type=float, nargs="+", default=[10.0], metavar="E", help="Phong exponents of RO (10)")
+    add("--ro-direction", choices=("normal", "camera"), default="normal", help="what R is taken from (normal)")
+    samplers = ("importance", "uniform_hemisphere", "uniform_sphere")
+    add("--sampler", choices=samplers, default="importance", help="naive ones are for comparison (importance)")
+    add("--uv", metavar="NAME|charts", help="the UV map; charts: make one (the active map, charts where there is none)")
+    add("--coverage", type=Path, metavar="FILE", help="write the texels' coverage, too")
+    add("--output", type=Path, default=Path("occlusion_bake"), metavar="FOLDER", help="for the images (occlusion_bake)")
+    add("--format", choices=("png", "exr", "tiff"), default="png", help="of the images (png)")
+    add("--depth", type=int, choices=(8, 16, 32), default=16, help="bits a channel (16)")
+    add("--margin", type=int, default=16, metavar="PX", help="texels to carry chart borders outward (16)")
+    add("--threads", type=int, default=0, metavar="N", help="processor threads (all)")
+    add("--seed", type=int, default=0, metavar="S", help="same seed, same bits (0)")
+    compare = {"nargs": "?", "type": int, "const": COMPARED_SAMPLES, "metavar": "SAMPLES"}
+    add("--compare-cycles", **compare, help=f"bake AO with Cycles, too, and compare ({COMPARED_SAMPLES})")  # type: ignore[arg-type]
+    add("--report", type=Path, metavar="FILE.json", help="write what was done, how fast and how well")
+    return made
+
+
+def settings_of(options: Any) -> Settings:
+    """The bake's settings, out of the parsed options. Raises InputError."""
+    if options.compare_cycles is not None and options.compare_cycles < 1:
+        raise InputError(f"--compare-cycles {options.compare_cycles}: give 1 sample or more")
+    if options.compare_cycles is not None and "ao" not in options.maps:
+        raise InputError("--compare-cycles compares AO; add ao to --maps")
+    width, height = options.size
+    return Settings(
+        estimators=tuple(_estimators(options.maps, options.ro_exponent, options.ro_direction, options.sampler)),
+        width=width,
+        height=height,
+        rays=options.rays,
+        distance=options.distance,
+        margin=options.margin,
+        threads=options.threads,
+        seed=options.seed,
+    )
+
+
+def _estimators(maps: Sequence[str], exponents: Sequence[float], direction: str, sampler: str) -> list[Estimator]:
+    wanted = [AO] if "ao" in maps else []
+    if "ro" in maps:
+        wanted += [reflection(each, from_camera=direction == "camera") for each in dict.fromkeys(exponents)]
+    return [sampled(each, sampler) for each in wanted]
+
+
+def _size(text: str) -> tuple[int, int]:
+    """ "1024" or "2048x1024"."""
+    try:
+        parts = [int(part) for part in text.lower().split("x")]
+    except ValueError:
+        parts = []
+    if len(parts) not in (1, 2):
+        raise argparse.ArgumentTypeError(f"{text!r} is no size; give texels as 1024 or 2048x1024")
+    return parts[0], parts[-1]

@@ -1,0 +1,94 @@
+"""The comparison with Cycles as steps: here, or in a child Blender beside the window, which goes on living."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..core.bake import Baked, Settings
+from ..core.errors import Cancelled, InputError
+from ..core.estimators import AO
+from ..core.progress import Progress
+from ..core.report import object_entry
+from ..core.scene import Instance
+from .comparison import compare_with_cycles
+from .job import Options, Outcome, bake_steps, chart_steps
+from .runner import Steps
+
+Finish = Callable[[bpy.types.Context, dict[str, Any]], None]
+
+
+def compare_here(
+    context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
+) -> Steps:
+    """In this process; Cycles' part holds the main thread. `finish` gets the report's entry."""
+    ao_alone = Options(options.objects, _ao_alone(options.settings), options.uv)
+    with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
+
+        def deliver(target: Instance, baked: Baked) -> None:
+            entry = object_entry(baked, {})
+            picture = Path(folder, "compared.png")
+            cycles = compare_with_cycles(context, target, baked, ao_alone.settings, samples, options.uv, picture)
+            finish(context, {**entry, "cycles": cycles})
+
+        yield from bake_steps(context, ao_alone, progress, Outcome(), deliver)
+
+
+def compare_in_child(
+    context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
+) -> Steps:
+    """A copy of the file goes to a Blender without a window, which runs the command; this one only waits."""
+    yield from chart_steps(context, options, progress, Outcome())
+    with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
+        copy, report = Path(folder, "scene.blend"), Path(folder, "report.json")
+        bpy.ops.wm.save_as_mainfile(filepath=str(copy), copy=True, check_existing=False)
+        progress.enter(f"{options.objects[0]}: baking here and with Cycles, {samples} samples")
+        words = _arguments(options, samples, Path(folder), report)
+        extension = __package__.rpartition(".")[0]
+        command = [bpy.app.binary_path, "-b", str(copy), "--addons", extension, "-c", "occlusion_bake", *words]
+        yield lambda: _wait_for(command, Path(folder, "log"), progress)
+        finish(context, json.loads(report.read_text(encoding="utf-8"))["objects"][0])
+
+
+def _ao_alone(settings: Settings) -> Settings:
+    return Settings(
+        (AO,), settings.width, settings.height, settings.rays, settings.distance, 0, settings.threads, settings.seed
+    )
+
+
+def _arguments(options: Options, samples: int, folder: Path, report: Path) -> list[str]:
+    chosen = options.settings
+    words = ["--objects", options.objects[0], "--size", f"{chosen.width}x{chosen.height}", "--rays", str(chosen.rays)]
+    words += ["--margin", "0", "--threads", str(chosen.threads), "--seed", str(chosen.seed)]
+    words += ["--output", str(folder), "--report", str(report), "--compare-cycles", str(samples)]
+    words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []
+    return words + (["--uv", options.uv] if options.uv is not None else [])
+
+
+def _wait_for(command: list[str], log: Path, progress: Progress) -> None:
+    """Run the child to its end. Raises Cancelled, after stopping it, and InputError with its last line if it fails."""
+    with log.open("w+", encoding="utf-8", errors="replace") as output:
+        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
+        try:
+            while child.poll() is None:
+                if progress.control.cancel:
+                    raise Cancelled
+                try:
+                    child.wait(0.05)
+                except subprocess.TimeoutExpired:
+                    continue
+        finally:
+            if child.poll() is None:
+                child.kill()
+                child.wait()
+        if child.returncode != 0:
+            output.seek(0)
+            lines = [line.strip() for line in output if line.startswith("occlusion_bake: ")]
+            reason = lines[-1].removeprefix("occlusion_bake: ") if lines else f"it ended with status {child.returncode}"
+            raise InputError(f"the comparison's own Blender: {reason}")

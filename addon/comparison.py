@@ -1,0 +1,45 @@
+"""Our AO beside Cycles': the same texels, the same settings, and what is known to differ."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..core.bake import Baked, Settings
+from ..core.compare import compare, picture
+from ..core.images import write_image
+from ..core.report import Json, comparison_entry
+from ..core.scene import Instance
+from ..core.texels import owners_by_centre, rasterize
+from .cycles import bake_ao
+from .job import CHART_MAP, CHARTS
+
+
+def compare_with_cycles(
+    context: bpy.types.Context,
+    target: Instance,
+    baked: Baked,
+    settings: Settings,
+    samples: int,
+    uv: str | None,
+    path: Path,
+) -> Json:
+    """Bake the target's AO with Cycles, write the picture (ours, Cycles', difference), return the report's entry.
+
+    Texels count that both cover. Those that Cycles gives to another triangle (its rule is the texel's centre, ours the
+    largest coverage) are counted apart and named. Raises InputError where Cycles refuses.
+    """
+    size, threads = (settings.width, settings.height), settings.threads or os.cpu_count() or 1
+    layer = CHART_MAP if uv == CHARTS else uv
+    cycles = bake_ao(context, target.name, size, samples, settings.distance, threads, settings.seed, layer)
+    ours = baked.maps["ao"]
+    assert target.mesh.uv is not None  # it has been baked
+    owner = rasterize(target.name, target.mesh.uv, *size, threads=settings.threads).owner
+    mask = ours.covered & cycles.coverage
+    other = int(np.count_nonzero(mask & (owners_by_centre(target.mesh.uv, *size, threads=settings.threads) != owner)))
+    names = (f"Occlusion Bake, {settings.rays} rays", f"Cycles, {samples} samples")
+    write_image(path, picture(ours.values, cycles.values, mask, names), depth=8)
+    return comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)

@@ -1,0 +1,126 @@
+"""What the buttons do: bake, unwrap, compare with Cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+
+from ..core.bake import Baked
+from ..core.errors import InputError
+from ..core.progress import Progress
+from ..core.report import object_entry
+from ..core.scene import Instance
+from .beside import compare_here, compare_in_child
+from .images import hook_up, show_picture, store
+from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
+from .modal import LongOperator, chosen_objects
+from .runner import Steps
+from .settings import core_settings
+
+
+def options_of(context: bpy.types.Context) -> Options:
+    """The panel's settings for the chosen meshes. Raises InputError."""
+    names = tuple(obj.name for obj in chosen_objects(context) if obj.type == "MESH")
+    if not names:
+        raise InputError("no mesh object is selected; select one")
+    uv = CHARTS if context.scene.occlusion_bake.uv == "CHARTS" else None
+    return Options(names, core_settings(context.scene), uv)
+
+
+class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
+    """Bake the selected meshes into images named after them. UV charts are made where there is no UV map"""
+
+    bl_idname = "occlusion_bake.bake"
+    bl_label = "Bake Occlusion"
+    bl_options = {"UNDO"}
+
+    def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
+        options, outcome = options_of(context), Outcome()
+        show(context, [])
+        yield from bake_steps(context, options, progress, outcome, self._deliverer(context, options))
+        add_lines(context, outcome.notes)
+        for line in (*outcome.notes, *outcome.refused):
+            self.report({"WARNING"} if line in outcome.refused else {"INFO"}, line)
+        self.report({"INFO"}, f"Baked {len(outcome.finished)} object(s) in {outcome.seconds['total']:.2f} s")
+
+    def _deliverer(self: Any, context: bpy.types.Context, options: Options) -> Callable[[Instance, Baked], None]:
+        def deliver(target: Instance, baked: Baked) -> None:
+            images = store(baked)
+            obj = bpy.data.objects.get(target.name)
+            if obj is not None and context.scene.occlusion_bake.use_material and "ao" in images:
+                hook_up(obj, images["ao"], CHART_MAP if options.uv == CHARTS else None)
+            for line in baked.warnings:
+                self.report({"WARNING"}, line)
+            add_lines(context, [*result_lines(baked), *baked.warnings])
+
+        return deliver
+
+
+class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
+    """Make UV charts in a map of their own for the selected meshes; their other UV maps stay as they are"""
+
+    bl_idname = "occlusion_bake.unwrap"
+    bl_label = "Make UV Charts"
+    bl_options = {"UNDO"}
+
+    def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
+        chosen, outcome = options_of(context), Outcome()
+        show(context, [])
+        yield from chart_steps(context, Options(chosen.objects, chosen.settings, CHARTS), progress, outcome)
+        lines = outcome.notes or ["the charts made before still fit"]
+        add_lines(context, lines)
+        self.report({"INFO"}, lines[-1])
+
+
+class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
+    """Bake the active mesh's AO here and with Cycles, settings matched, and show both times and the difference"""
+
+    bl_idname = "occlusion_bake.compare"
+    bl_label = "Compare with Cycles"
+    bl_options = {"UNDO"}
+
+    def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
+        options = options_of(context)
+        active = context.view_layer.objects.active
+        name = active.name if active is not None and active.name in options.objects else options.objects[0]
+        show(context, [])
+        # A child Blender bakes beside the window; Blender as a module has no program to start.
+        compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
+        samples = context.scene.occlusion_bake.cycles_samples
+        yield from compared(context, Options((name,), options.settings, options.uv), samples, progress, self._finish)
+
+    def _finish(self: Any, context: bpy.types.Context, entry: dict[str, Any]) -> None:
+        cycles, ours = entry["cycles"], entry["seconds"]["total"]
+        show_picture(f"{entry['name']} Comparison", cycles["picture"])
+        lines = [
+            f"Occlusion Bake {ours:.2f} s, Cycles {cycles['seconds']:.2f} s: {cycles['seconds'] / ours:.1f} times",
+            f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}",
+            f"Picture: {entry['name']} Comparison",
+        ]
+        if cycles["texels_of_another_triangle"]:
+            lines.append(f"{cycles['texels_of_another_triangle']} texels show another triangle in Cycles")
+        add_lines(context, lines)
+        self.report({"INFO"}, "; ".join(lines[:2]))
+
+
+def result_lines(baked: Baked) -> list[str]:
+    """What the panel says of one baked object."""
+    entry = object_entry(baked, {})
+    errors = ", ".join(f"{name.replace('_', ' ').upper()} {error:.4f}" for name, error in entry["error"].items())
+    return [f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays", f"Error: {errors}"]
+
+
+def show(context: bpy.types.Context, lines: list[str]) -> None:
+    """Put lines into the panel, in the place of earlier ones."""
+    context.window_manager.occlusion_bake.lines = "\n".join(lines)
+
+
+def add_lines(context: bpy.types.Context, lines: list[str]) -> None:
+    """Add lines to the panel's."""
+    shown = context.window_manager.occlusion_bake
+    shown.lines = "\n".join([*filter(None, shown.lines.split("\n")), *lines])
+
+
+CLASSES = (OCCLUSION_BAKE_OT_bake, OCCLUSION_BAKE_OT_unwrap, OCCLUSION_BAKE_OT_compare)

@@ -1,0 +1,118 @@
+"""The properties that an artist sets, kept in the scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+from ..core.bake import Settings
+from ..core.errors import InputError
+from ..core.estimators import AO, reflection
+
+_DIRECTIONS = [
+    ("NORMAL", "Normal", "The lobe stands on the surface: one texture for every view, as engines use it"),
+    ("CAMERA", "Camera", "The lobe points where the scene's camera is mirrored: right for that view alone"),
+]
+_UV = [
+    ("ACTIVE", "Active Map", "The mesh's active UV map; charts are made where it has none"),
+    ("CHARTS", "New Charts", "Charts in a UV map of their own; the mesh's other maps stay as they are"),
+]
+
+
+class OcclusionBakeSettings(bpy.types.PropertyGroup):
+    """Settings of the bake."""
+
+    use_ao: BoolProperty(name="Ambient Occlusion", description="How open points are to diffuse light", default=True)
+    use_ro: BoolProperty(
+        name="Reflection Occlusion", description="Bake how open each point is to light it would reflect", default=False
+    )
+    exponents: StringProperty(
+        name="Exponents",
+        description="Phong exponents of the reflection's lobe, one texture each; e.g. 10 100",
+        default="10",
+    )
+    direction: EnumProperty(
+        name="Direction", description="What the reflected direction is taken from", items=_DIRECTIONS
+    )
+    width: IntProperty(name="Width", description="Texels across", default=1024, min=1, max=65536, subtype="PIXEL")
+    height: IntProperty(name="Height", description="Texels down", default=1024, min=1, max=65536, subtype="PIXEL")
+    rays: IntProperty(
+        name="Rays", description="Rays a texel and map; four times as many give about a third of the error", default=64,
+        min=1, soft_max=4096, max=1 << 20,
+    )  # fmt: skip
+    use_distance: BoolProperty(name="Limit Distance", description="Occluders farther away than this do not count")
+    distance: FloatProperty(
+        name="Distance", description="How far an occluder may be", default=1.0, min=1e-6, subtype="DISTANCE"
+    )
+    margin: IntProperty(
+        name="Margin", description="Texels by which chart borders are carried outward, against seams", default=16, min=0,
+        max=256, subtype="PIXEL",
+    )  # fmt: skip
+    uv: EnumProperty(name="UV Map", description="Which UV map to bake onto", items=_UV)
+    seed: IntProperty(name="Seed", description="Same seed, same texture", default=0, min=0)
+    threads: IntProperty(name="Threads", description="Processor threads; 0 is all", default=0, min=0, max=1024)
+    use_material: BoolProperty(
+        name="Show in Material", description="Multiply the AO into the base colour of the object's materials"
+    )
+    cycles_samples: IntProperty(
+        name="Cycles Samples",
+        description="Samples that Cycles takes for the comparison",
+        default=64,
+        min=1,
+        max=1 << 20,
+    )
+
+
+class OcclusionBakeResult(bpy.types.PropertyGroup):
+    """What the last bake and comparison came to, for the panel. Not saved with the file."""
+
+    lines: StringProperty(options={"SKIP_SAVE"})  # parted by line breaks
+    stage: StringProperty(options={"SKIP_SAVE"})
+    fraction: FloatProperty(options={"SKIP_SAVE"})
+    running: BoolProperty(options={"SKIP_SAVE"})
+
+
+def core_settings(scene: Any) -> Settings:
+    """The scene's settings as the core takes them. Raises InputError."""
+    chosen = scene.occlusion_bake
+    estimators = [AO] if chosen.use_ao else []
+    if chosen.use_ro:
+        camera = chosen.direction == "CAMERA"
+        estimators += [reflection(each, from_camera=camera) for each in _exponents(chosen.exponents)]
+    return Settings(
+        estimators=tuple(estimators),
+        width=chosen.width,
+        height=chosen.height,
+        rays=chosen.rays,
+        distance=chosen.distance if chosen.use_distance else None,
+        margin=chosen.margin,
+        threads=chosen.threads,
+        seed=chosen.seed,
+    )
+
+
+def _exponents(text: str) -> list[float]:
+    try:
+        exponents = list(dict.fromkeys(float(word) for word in text.replace(",", " ").split()))
+    except ValueError:
+        exponents = []
+    if not exponents:
+        raise InputError(f"Exponents {text!r}: give one or more numbers, as in 10 100")
+    return exponents
+
+
+CLASSES = (OcclusionBakeSettings, OcclusionBakeResult)
+
+
+def add_properties() -> None:
+    """Hang the settings on scenes, the result on the window manager: it lives as long as Blender runs."""
+    bpy.types.Scene.occlusion_bake = PointerProperty(type=OcclusionBakeSettings)
+    bpy.types.WindowManager.occlusion_bake = PointerProperty(type=OcclusionBakeResult)
+
+
+def remove_properties() -> None:
+    """And take them away."""
+    del bpy.types.Scene.occlusion_bake
+    del bpy.types.WindowManager.occlusion_bake

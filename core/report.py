@@ -1,0 +1,97 @@
+"""What a bake reports: one JSON object, and the metadata of its images."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from .bake import Baked, Settings
+from .compare import Comparison
+from .embree import Device
+from .errors import InputError
+from .estimators import Axis
+from .version import version
+
+STAGES = ("extract", "charts", "texels", "build", "trace", "solve", "write")
+Json = dict[str, Any]
+
+
+def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
+    """One baked object. Times in seconds; `total` is from the button to the texture."""
+    seconds = {stage: baked.seconds.get(stage, 0.0) for stage in STAGES}
+    return {
+        "name": baked.name,
+        "size": [baked.width, baked.height],
+        "texels": baked.texels,
+        "rays": baked.rays,
+        "seconds": {**seconds, "total": sum(seconds.values())},
+        "error": {name: each.error for name, each in baked.maps.items()},
+        "mean": {name: each.mean for name, each in baked.maps.items()},
+        "files": {name: str(path) for name, path in files.items()},
+        "warnings": list(baked.warnings),
+    }
+
+
+def comparison_entry(comparison: Comparison, samples: int, seconds: float, other_owner: int, picture: Path) -> Json:
+    """How an object's AO compares with Cycles'. other_owner: texels that Cycles gives to another triangle."""
+    return {
+        "samples": samples,
+        "seconds": seconds,
+        "texels": comparison.texels,
+        "rmse": comparison.rmse,
+        "bias": comparison.bias,
+        "p99": comparison.p99,
+        "texels_of_another_triangle": other_owner,
+        "picture": str(picture),
+    }
+
+
+def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float], objects: Iterable[Json]) -> Json:
+    """The report of one run. seconds: what several objects share, and `total`."""
+    return {
+        "version": version(),
+        "embree": device.description,
+        "threads": settings.threads or os.cpu_count() or 1,
+        "rays_per_texel": settings.rays,
+        "distance": settings.distance,
+        "seed": settings.seed,
+        "seconds": dict(seconds),
+        "objects": list(objects),
+    }
+
+
+def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str | int | float]:
+    """What an image says of itself: what was baked, how, and how well."""
+    estimator = next(each for each in settings.estimators if each.name == name)
+    return {
+        "software": f"Occlusion Bake {version()}",
+        "object": baked.name,
+        "map": "ambient occlusion" if name == "ao" else "reflection occlusion",
+        "exponent": estimator.exponent,
+        "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
+        "sampler": estimator.sampler.name.lower(),
+        "rays_per_texel": settings.rays,
+        "distance": "none" if settings.distance is None else settings.distance,
+        "seed": settings.seed,
+        "estimated_rmse": baked.maps[name].error,
+    }
+
+
+def write_report(path: Path, report: Json) -> None:
+    """Write the report whole: beside its place first, then renamed. Raises InputError naming the path."""
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        try:
+            with os.fdopen(handle, "w", encoding="utf-8") as file:
+                json.dump(report, file, indent=2, allow_nan=False)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"{path}: the report cannot be written ({reason}); choose another place") from error
