@@ -4,5 +4,6 @@ import sys
 
 if __name__ == "__main__":
     from .addon.command import main
+    from .addon.leave import leave
 
-    raise SystemExit(main(sys.argv[1:]))
+    leave(main(sys.argv[1:]))

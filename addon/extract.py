@@ -187,7 +187,8 @@ def bake_override(
 def object_mode(context: bpy.types.Context) -> Iterator[None]:
     """Out of edit mode for the time, with all edits in the data; the edited objects, selection and mode come back.
 
-    A mesh that is being edited evaluates without its modifiers, even for a render.
+    A mesh that is being edited evaluates without its modifiers, even for a render. Where edit mode was left, and only
+    there, two undo steps are pushed: without them an undo to a step before the edit would leave the edit in the mesh.
     """
     objects = synced(context.view_layer)
     edited = [obj for obj in objects if obj.mode == "EDIT"]
@@ -199,7 +200,9 @@ def object_mode(context: bpy.types.Context) -> Iterator[None]:
     try:
         yield
     finally:
+        bpy.ops.ed.undo_push(message="Leave Edit Mode")
         _edit_again(objects, edited)
+        bpy.ops.ed.undo_push(message="Return to Edit Mode")
 
 
 def _edit_again(objects: Any, edited: Sequence[bpy.types.Object]) -> None:

@@ -25,6 +25,8 @@ from .tracer import Rays, Sums, trace
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
 
+_TEXELS, _BUILD, _TRACE = (0.0, 0.02), (0.02, 0.05), (0.05, 1.0)  # of the time an object takes, for the progress bar
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -45,6 +47,9 @@ class Settings:
     def __post_init__(self) -> None:
         if not self.estimators:
             raise InputError("nothing to bake; choose AO, RO or both")
+        names = [estimator.name for estimator in self.estimators]
+        if len(set(names)) < len(names):
+            raise InputError(f"of the maps {', '.join(names)} two have the same name; ask for each once")
         if not (1 <= self.width <= MAX_SIZE and 1 <= self.height <= MAX_SIZE):
             raise InputError(f"size {self.width}x{self.height}: give 1 to {MAX_SIZE} texels a side")
         if not 1 <= self.rays <= MAX_RAYS:
@@ -98,7 +103,8 @@ class Baker:
         self.device = open_device(settings.threads)
         self._scene = scene
         self._settings = settings
-        self._progress = progress or Progress(len(scene.targets))
+        self._progress = progress or Progress()
+        self._progress.expect(len(scene.targets))
         self._occluders = Occluders(self.device, scene.occluders, settings.reach)
         self._warnings = list(self._occluders.warnings)
 
@@ -122,10 +128,10 @@ class Baker:
         with _timed(seconds, "texels"):
             texels = _texels_of(target, settings, progress)
         with _timed(seconds, "build"):
-            progress.enter(f"{target.name}: building the scene")
+            progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress)
         with _timed(seconds, "trace"):
-            control = progress.enter(f"{target.name}: tracing")
+            control = progress.enter(f"{target.name}: tracing", _TRACE)
             surface = placed(target, frame.origin)
             camera = _camera_in(frame, self._scene.camera)
             rays = Rays(settings.rays, settings.seed, settings.reach, settings.threads, camera=camera)
@@ -161,7 +167,7 @@ def _texels_of(target: Instance, settings: Settings, progress: Progress) -> Texe
     mesh = target.mesh
     if mesh.uv is None:
         raise InputError(f"{target.name}: the mesh has no UV map; unwrap it, or bake with chart UVs (--uv charts)")
-    control = progress.enter(f"{target.name}: texels")
+    control = progress.enter(f"{target.name}: texels", _TEXELS)
     size = (settings.width, settings.height)
     return rasterize(target.name, mesh.uv, *size, skip=zero_area(mesh), threads=settings.threads, control=control)
 

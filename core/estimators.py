@@ -77,7 +77,7 @@ def open_horizon(exponent: float, angle: float) -> float:
 
     def integral(end: float) -> float:  # Simpson's rule; the integrand is smooth and bounded
         width = end / steps
-        ordinates = [math.sin(width * i) ** exponent for i in range(steps + 1)]
+        ordinates: list[float] = [math.sin(width * i) ** exponent for i in range(steps + 1)]
         return (
             width / 3.0 * (ordinates[0] + ordinates[-1] + 4.0 * sum(ordinates[1:-1:2]) + 2.0 * sum(ordinates[2:-1:2]))
         )

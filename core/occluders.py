@@ -7,7 +7,7 @@ tree; those that stand in it often, and are large, are stored once and instanced
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -45,12 +45,10 @@ class Occluders:
     def __init__(self, device: Device, instances: Sequence[Instance], distance: float = np.inf) -> None:
         self._device = device
         self._distance = distance
-        self._instances = [_without_broken(instance) for instance in instances]
-        self.warnings = [
-            f"{old.name}: triangles with non-finite vertices do not occlude"
-            for old, new in zip(instances, self._instances, strict=True)
-            if old.mesh is not new.mesh
-        ]
+        meshes = {id(instance.mesh): instance.mesh for instance in instances}
+        sound = {key: _without_broken(mesh) for key, mesh in meshes.items()}  # once a mesh, or none would be shared
+        self._instances = [replace(instance, mesh=sound[id(instance.mesh)]) for instance in instances]
+        self.warnings = _warnings(instances, self._instances)
         self._bounds = [bounds_of(instance) for instance in self._instances]
         self._geometries: dict[int, tuple[Geometry, Doubles]] = {}
         self._frame: Frame | None = None
@@ -121,12 +119,21 @@ def _is_same(instance: Instance, target: Instance) -> bool:
     )
 
 
-def _without_broken(instance: Instance) -> Instance:
-    """The instance without the triangles that touch a non-finite vertex: Embree would drop them without a word."""
-    mesh = instance.mesh
+def _without_broken(mesh: Mesh) -> Mesh:
+    """The mesh without the triangles that touch a non-finite vertex: Embree would drop them without a word."""
     sound = np.isfinite(mesh.vertices).all(axis=1)
     if sound.all():
-        return instance
+        return mesh
     vertices = np.where(sound[:, None], mesh.vertices, np.float32(0.0))
     triangles = mesh.triangles[sound[mesh.triangles].all(axis=1)]
-    return Instance(instance.name, Mesh(mesh.name, vertices, triangles), instance.matrix)
+    return Mesh(mesh.name, vertices, triangles)
+
+
+def _warnings(given: Sequence[Instance], used: Sequence[Instance]) -> list[str]:
+    lines = []
+    for old, new in zip(given, used, strict=True):
+        if not np.isfinite(old.matrix).all():
+            lines.append(f"{old.name}: its transform is not finite; it does not occlude")
+        elif old.mesh is not new.mesh:
+            lines.append(f"{old.name}: triangles with non-finite vertices do not occlude")
+    return lines

@@ -14,18 +14,27 @@ class Progress:
         self.stage = "starting"
         self._objects = max(objects, 1)
         self._finished = 0
+        self._span = (0.0, 0.0)  # of the whole, what the running stage goes through; one object, so read at once
+        self._reached = 0.0
 
-    def enter(self, stage: str) -> Control:
-        """Begin a stage, as the artist reads it ("Suzanne: tracing"). Returns the control for its kernel call."""
+    def expect(self, objects: int) -> None:
+        """How many objects the bake has, where that was not known at first."""
+        self._objects = max(objects, 1)
+
+    def enter(self, stage: str, share: tuple[float, float] = (0.0, 0.0)) -> Control:
+        """Begin a stage, as the artist reads it ("Suzanne: tracing"). Returns the control for its kernel call.
+
+        share: from where to where in the work on one object the stage leads, 0 to 1.
+        """
         self.raise_if_cancelled()
-        self.control.done = self.control.total = 0
+        self._measure(share)
         self.stage = stage
         return self.control
 
     def finish_object(self) -> None:
         """One object is done."""
         self._finished += 1
-        self.control.done = self.control.total = 0
+        self._measure((0.0, 0.0))
 
     def cancel(self) -> None:
         """Ask the bake to stop; the kernel does within 0.1 s."""
@@ -38,7 +47,14 @@ class Progress:
 
     @property
     def fraction(self) -> float:
-        """Done so far, 0 to 1: whole objects plus the running stage's share of one."""
-        total = self.control.total
-        running = min(self.control.done / total, 1.0) if total > 0 else 0.0
-        return min((self._finished + running) / self._objects, 1.0)
+        """Done so far, 0 to 1, never falling: whole objects plus the running stage's share of one."""
+        start, end = self._span  # before done and total: those of a later stage then count as no more than this one's
+        done, total = self.control.done, self.control.total
+        running = min(done / total, 1.0) if total > 0 else 0.0
+        self._reached = min(max(self._reached, start + (end - start) * running), 1.0)
+        return self._reached
+
+    def _measure(self, share: tuple[float, float]) -> None:
+        self.control.done = self.control.total = 0
+        start, end = share
+        self._span = ((self._finished + start) / self._objects, (self._finished + end) / self._objects)

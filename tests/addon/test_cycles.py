@@ -12,6 +12,7 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon import cycles as module  # noqa: E402
 from occlusion_bake.addon.cycles import CyclesBake, bake_ao  # noqa: E402
+from occlusion_bake.addon.extract import extract  # noqa: E402
 from occlusion_bake.core.errors import InputError  # noqa: E402
 
 
@@ -300,3 +301,111 @@ def test_a_linked_object_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^Plane: Cycles bakes no object linked from a library; make it local first$"):
         bake()
     assert state() == before
+
+
+def above(data: Any, **flags: Any) -> None:
+    obj = bpy.data.objects.new("Ceiling", data)
+    obj.location.z = 1.0
+    for name, value in flags.items():
+        setattr(obj, name, value)
+    show(obj)
+
+
+def instanced(data: Any, parent: dict[str, Any], child: dict[str, Any]) -> None:
+    inside = bpy.data.objects.new("Inside", data)
+    library = bpy.data.collections.new("Library")
+    library.objects.link(inside)
+    outer = bpy.data.objects.new("Outer", None)
+    outer.location.z, outer.instance_type, outer.instance_collection = 1.0, "COLLECTION", library
+    for obj, flags in ((outer, parent), (inside, child)):
+        for name, value in flags.items():
+            setattr(obj, name, value)
+    show(outer)
+
+
+def collected(data: Any, flag: str) -> None:
+    collection = bpy.data.collections.new("Sub")
+    bpy.context.scene.collection.children.link(collection)
+    inside = bpy.data.objects.new("Inside", data)
+    inside.location.z = 1.0
+    collection.objects.link(inside)
+    layer = bpy.context.view_layer.layer_collection.children["Sub"]
+    setattr(collection if hasattr(collection, flag) else layer, flag, True)
+
+
+OCCLUDING = {
+    "plain": lambda data: above(data),
+    "hidden from render": lambda data: above(data, hide_render=True),
+    "no shadow": lambda data: above(data, visible_shadow=False),
+    "no camera ray": lambda data: above(data, visible_camera=False),
+    "hidden in the viewport": lambda data: above(data, hide_viewport=True),
+    "holdout": lambda data: above(data, is_holdout=True),
+    "shadow catcher": lambda data: above(data, is_shadow_catcher=True),
+    "mirrored": lambda data: above(data, scale=(-1, 1, 1)),
+    "instance": lambda data: instanced(data, {}, {}),
+    "instance, parent no shadow": lambda data: instanced(data, {"visible_shadow": False}, {}),
+    "instance, child no shadow": lambda data: instanced(data, {}, {"visible_shadow": False}),
+    "instance, parent hidden": lambda data: instanced(data, {"hide_render": True}, {}),
+    "instance, child hidden": lambda data: instanced(data, {}, {"hide_render": True}),
+    **{flag: lambda data, flag=flag: collected(data, flag)
+       for flag in ("hide_render", "hide_viewport", "exclude", "holdout", "indirect_only")},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", OCCLUDING)
+def test_what_occludes_for_cycles_is_what_extract_finds(kind: str) -> None:
+    plane()
+    data = plane("Source", size=2000.0).data
+    bpy.data.objects.remove(bpy.data.objects["Source"])
+    OCCLUDING[kind](data)
+    scene = extract(bpy.context, bpy.context.view_layer, ["Plane"])
+    value = bake(size=(4, 4)).values.mean()
+    assert value in (0.0, 1.0)
+    assert len(scene.occluders) == (2 if value == 0.0 else 1)
+
+
+def bent(smooth: tuple[bool, bool], custom: bool) -> Any:
+    """Two quads bent along their diagonals: a normal a triangle or one a quad makes a difference."""
+    mesh = bpy.data.meshes.new("Bent")
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0), (3, 0, 0), (4, 0, 0), (4, 1, 0.2), (3, 1, 0)]
+    mesh.from_pydata(corners, [], [(0, 1, 2, 3), (4, 5, 6, 7)])
+    mesh.polygons.foreach_set("use_smooth", smooth)
+    layout = [(0, 0), (0.5, 0), (0.5, 1), (0, 1), (0.5, 0), (1, 0), (1, 1), (0.5, 1)]
+    mesh.uv_layers.new(name="Map").uv.foreach_set("vector", np.array(layout, np.float32).reshape(-1))
+    if custom:
+        mesh.normals_split_custom_set([(0, 0.6, 0.8)] * 8)
+    mesh.update()
+    return mesh
+
+
+@pytest.mark.parametrize("custom", [False, True])
+@pytest.mark.parametrize("smooth", [(False, False), (False, True), (True, True)])
+def test_normals_are_those_that_cycles_shades_with(
+    monkeypatch: pytest.MonkeyPatch, smooth: tuple[bool, bool], custom: bool
+) -> None:
+    show(bpy.data.objects.new("Bent", bent(smooth, custom)))
+    mesh = extract(bpy.context, bpy.context.view_layer, ["Bent"]).targets[0].mesh
+    monkeypatch.setattr(module, "_bake", bake_normals)
+    monkeypatch.setattr(module, "_pixels", all_channels)
+    shaded = bake("Bent", size=(64, 64), samples=1).values
+    assert mesh.uv is not None
+    a, b, c = (mesh.vertices[mesh.triangles[:, corner]] for corner in range(3))
+    flat = np.repeat(np.cross(b - a, c - a)[:, np.newaxis], 3, axis=1)
+    ours = (flat if mesh.normals is None else mesh.normals).mean(axis=1)
+    ours /= np.linalg.norm(ours, axis=1, keepdims=True)
+    for normal, (u, v) in zip(ours, mesh.uv.mean(axis=1), strict=True):
+        texel = shaded[63 - int(v * 64), int(u * 64)] * 2.0 - 1.0
+        np.testing.assert_allclose(texel, normal, atol=0.02)
+
+
+def bake_normals(*_: Any) -> float:
+    bpy.ops.object.bake(
+        type="NORMAL", normal_space="OBJECT", target="IMAGE_TEXTURES", save_mode="INTERNAL", margin=0, use_clear=False
+    )
+    return 0.0
+
+
+def all_channels(image: Any) -> Any:
+    pixels = np.empty((64, 64, 4), np.float32)
+    image.pixels.foreach_get(pixels.reshape(-1))
+    return pixels[::-1, :, :3]

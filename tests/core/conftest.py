@@ -50,7 +50,9 @@ class Shapes:
         return Mesh(
             name,
             np.concatenate([mesh.vertices for mesh in meshes]),
-            np.concatenate([mesh.triangles + start for mesh, start in zip(meshes, starts, strict=True)]).astype(np.int32),
+            np.concatenate([mesh.triangles + start for mesh, start in zip(meshes, starts, strict=True)]).astype(
+                np.int32
+            ),
             np.concatenate([mesh.uv for mesh in meshes if mesh.uv is not None]),
         )
 
@@ -60,9 +62,10 @@ class Shapes:
         quads = []
         for i, side in enumerate(sides):
             axis, sign = "xyz".index(side[1]), (-1.0 if side[0] == "-" else 1.0)
-            along, up = np.roll(np.eye(3), axis - 1, axis=1)[1], np.roll(np.eye(3), axis - 1, axis=1)[2]
-            outward = sign * np.eye(3)[axis]
-            along, up = (along, up) if np.dot(np.cross(along, up), -outward) > 0 else (up, along)
+            outward, along, up = np.roll(np.eye(3), -axis, axis=0)  # a right-handed frame
+            if sign > 0:  # the inside looks back
+                along, up = up, along
+            outward = sign * outward
             column, row = i % 3, i // 3
             cell = ((column + 0.04) / 3, (row + 0.03) / 2, (column + 0.96) / 3, (row + 0.97) / 2)
             quads.append(Shapes.quad(outward - along - up, 2 * along, 2 * up, cell))
@@ -70,7 +73,11 @@ class Shapes:
 
     @staticmethod
     def sphere(
-        centre: ArrayLike = (0, 0, 0), radius: float = 1.0, segments: int = 64, name: str = "sphere", smooth: bool = True
+        centre: ArrayLike = (0, 0, 0),
+        radius: float = 1.0,
+        segments: int = 64,
+        name: str = "sphere",
+        smooth: bool = True,
     ) -> Mesh:
         """Longitude along u, latitude along v; closed, facing outward."""
         rings = segments // 2
@@ -106,7 +113,9 @@ class Shapes:
         return Instance(name or mesh.name, mesh, np.eye(4) if matrix is None else matrix)
 
     @staticmethod
-    def scene(target: Mesh, *others: Mesh, matrix: NDArray[np.float64] | None = None, camera: Camera | None = None) -> Scene:
+    def scene(
+        target: Mesh, *others: Mesh, matrix: NDArray[np.float64] | None = None, camera: Camera | None = None
+    ) -> Scene:
         """One target among others, itself an occluder, all under the same matrix."""
         instances = [Shapes.instance(mesh, matrix) for mesh in (target, *others)]
         return Scene(instances[:1], instances, camera)

@@ -1,7 +1,7 @@
 """Every estimator against answers known exactly, through the whole pipeline, with every sampler.
 
-The formulas: visibility of a differential area (Howell, A Catalog of Radiation Heat Transfer Configuration Factors), and
-for lobes their integrals over the visible part. Statistical tests: 16 seeds, p = 1e-5 (conftest.py).
+The formulas: visibility of a differential area (Howell, A Catalog of Radiation Heat Transfer Configuration Factors),
+and for lobes their integrals over the visible part. Statistical tests: 16 seeds, p = 1e-5 (conftest.py).
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Case:
     name: str
     build: Callable[[Any], list[Mesh]]
     exact: Callable[[float], float]  # by exponent
-    exponents: tuple[float, ...] = (1, 0, 10, 64)
+    exponents: tuple[float, ...] = (1, 10, 64)
     distance: float | None = None
     slack: float = 0.0
     at: tuple[float, float] = (0.0, 0.0)
@@ -99,6 +99,7 @@ CASES = [
         "trench",
         lambda s: [wall(s, 1, 1.5), wall(s, -0.5, 1.5)],
         lambda n: along_axis(n, -atan(0.5 / 1.5), atan(1 / 1.5)),
+        (1, 0, 10, 64),
     ),
     Case(
         "octant corner",
@@ -133,13 +134,6 @@ CASES = [
         lambda s: [s.sphere((1.2, 0, 1.6), 0.8, 128)],
         lambda n: 1 - cap_blocked(n, asin(0.4), atan(1.2 / 1.6)),
         slack=4 * TESSELLATION,
-    ),
-    Case(
-        "sphere above the horizon",
-        lambda s: [s.sphere((1.2, 0, 1.6), 0.8, 128)],
-        lambda n: 1 - 0.4**2 * 0.8,
-        AO_ONLY,
-        slack=TESSELLATION,
     ),
     Case(
         "sphere on the floor",
@@ -227,6 +221,13 @@ def test_a_lobe_along_the_diagonal_of_the_octant_corner(shapes: Any, means_of: A
         assert_mean(means[estimator.name], sqrt(3) / 4, slack=corner.slack)
 
 
+def test_the_formulas_agree_where_they_meet() -> None:
+    assert_allclose(cap_blocked(1, asin(0.4), 0.6), 0.4**2 * cos(0.6), atol=1e-6)  # a sphere above the horizon
+    assert_allclose(cap_blocked(10, asin(0.4), 1e-4), 1 - (1 - 0.4**2) ** 5.5, atol=1e-6)  # overhead
+    assert_allclose(2 * perpendicular_rectangle(1, FAR, 1.5), 1 - along_axis(1, -pi, atan(1 / 1.5)), atol=1e-6)
+    assert_allclose(cut_sphere(0.5, 2.0, acos(0.25)), 0.25**2 * 0.25, atol=1e-6)  # the horizon touches the sphere
+
+
 @pytest.mark.parametrize("degrees", [0.0, 10.0, 45.0, 80.0, 90.0, 170.0])
 def test_the_open_horizon_has_its_closed_forms(degrees: float) -> None:
     angle = np.radians(degrees)
@@ -253,7 +254,7 @@ def test_exponents_without_a_lobe_are_refused(exponent: float) -> None:
 
 
 def test_samplers_without_a_meaning_are_refused() -> None:
-    with pytest.raises(InputError, match="'cosine'.*importance, uniform_hemisphere, uniform_sphere"):
+    with pytest.raises(InputError, match=r"'cosine'.*importance, uniform_hemisphere, uniform_sphere"):
         sampled(AO, "cosine")
     with pytest.raises(InputError, match="uniform_hemisphere"):
         sampled(reflection(10, from_camera=True), "uniform_hemisphere")

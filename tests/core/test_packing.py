@@ -46,7 +46,7 @@ def test_charts_are_moved_turned_and_scaled_alike(size: tuple[int, int]) -> None
 @pytest.mark.parametrize("size", [(1000, 100), (100, 1000)])
 def test_a_long_chart_lies_along_the_longer_side(size: tuple[int, int]) -> None:
     layout, _ = packed(*bar(10.0), size, 4)
-    assert uv_area(layout).sum() > 0.98
+    assert uv_area(layout).sum() > 0.9  # upright it would fill a hundredth
 
 
 @pytest.mark.parametrize("size", [(512, 256), (200, 600)])

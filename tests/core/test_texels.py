@@ -116,7 +116,7 @@ def fan(cells: int, seed: int) -> np.ndarray:
     """(T, 3, 2): the unit square in jittered cells of two triangles each, exactly edge to edge."""
     rng = np.random.default_rng(seed)
     knots = np.stack(np.meshgrid(*[np.arange(cells + 1.0)] * 2), axis=-1)
-    knots[1:-1, 1:-1] += rng.uniform(-0.3, 0.3, (cells - 1, cells - 1, 2))
+    knots[1:-1, 1:-1] += rng.uniform(-0.15, 0.15, (cells - 1, cells - 1, 2))
     knots = (knots / cells).astype(np.float32)
     a, b, c, d = knots[:-1, :-1], knots[:-1, 1:], knots[1:, 1:], knots[1:, :-1]
     return np.stack([np.stack([a, b, c], 2), np.stack([a, c, d], 2)], 2).reshape(-1, 3, 2)
@@ -192,9 +192,7 @@ def test_degenerate_uvs_are_counted(shapes: Any) -> None:
 def test_overlap_is_counted(shapes: Any) -> None:
     quad = shapes.plane(1.0).uv
     texels = rasterize("Rock", np.concatenate([quad, quad * 0.5]), 8, 8)
-    assert texels.warnings == [
-        "Rock: UVs overlap on 16 of 64 texels (25.0 %); each shows one of its faces"
-    ]
+    assert texels.warnings == ["Rock: UVs overlap on 16 of 64 texels (25.0 %); each shows one of its faces"]
     assert np.all(texels.coverage == 1)
 
 

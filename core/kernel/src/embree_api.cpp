@@ -33,8 +33,7 @@ void *open_library(const char *path, std::string &error) {
 void *find_symbol(void *library, const char *name) { return dlsym(library, name); }
 #endif
 
-template <typename Function>
-void bind(void *library, const char *name, Function &function, std::string &missing) {
+template <typename Function> void bind(void *library, const char *name, Function &function, std::string &missing) {
   function = reinterpret_cast<Function>(find_symbol(library, name));
   if (function == nullptr && missing.empty()) {
     missing = name;

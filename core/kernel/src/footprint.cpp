@@ -12,6 +12,10 @@ double cross(Point2 origin, Point2 a, Point2 b) {
 
 double along(Point2 point, int axis) { return axis == 0 ? point.x : point.y; }
 
+// The point t of the way from a to b, and between them however it is rounded. So a polygon's coordinates still rise
+// once and fall once on the way round, no line cuts it more than twice, and seven corners are the most it gets.
+double between(double a, double b, double t) { return std::clamp(a + t * (b - a), std::min(a, b), std::max(a, b)); }
+
 // Keeps the half plane where sign * (axis - bound) >= 0. A cut point lies exactly on the bound.
 void clip_to_half_plane(Polygon &polygon, int axis, double bound, double sign) {
   double inside[8];
@@ -33,7 +37,7 @@ void clip_to_half_plane(Polygon &polygon, int axis, double bound, double sign) {
     }
     if ((inside[i] > 0.0 && inside[next] < 0.0) || (inside[i] < 0.0 && inside[next] > 0.0)) {
       const double t = inside[i] / (inside[i] - inside[next]);
-      Point2 cut{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y)};
+      Point2 cut{between(a.x, b.x, t), between(a.y, b.y, t)};
       (axis == 0 ? cut.x : cut.y) = bound;
       kept.corner[kept.count++] = cut;
     }
@@ -43,7 +47,7 @@ void clip_to_half_plane(Polygon &polygon, int axis, double bound, double sign) {
 
 } // namespace
 
-TexelTriangle::TexelTriangle(const float *uv, int32_t width, int32_t height) : corner{} {
+TexelTriangle::TexelTriangle(const float *uv, int32_t width, int32_t height) {
   for (int i = 0; i < 3; ++i) {
     corner[i] = {static_cast<double>(uv[2 * i]) * width, (1.0 - static_cast<double>(uv[2 * i + 1])) * height};
   }
@@ -90,7 +94,8 @@ Point2 centroid(const Polygon &polygon) {
     const Point2 b = polygon.corner[i];
     const double weight = cross(first, a, b);
     total += weight;
-    sum = {sum.x + weight * (a.x - first.x + b.x - first.x) / 3.0, sum.y + weight * (a.y - first.y + b.y - first.y) / 3.0};
+    sum = {sum.x + weight * (a.x - first.x + b.x - first.x) / 3.0,
+           sum.y + weight * (a.y - first.y + b.y - first.y) / 3.0};
   }
   return total == 0.0 ? first : Point2{first.x + sum.x / total, first.y + sum.y / total};
 }

@@ -17,7 +17,7 @@ struct Polygon {
 
 // A triangle in texel coordinates: x to the right, y down, texel (i, j) the square [i, i+1] x [j, j+1].
 struct TexelTriangle {
-  Point2 corner[3];
+  Point2 corner[3]{};
 
   TexelTriangle(const float *uv, int32_t width, int32_t height);
   double doubled_area() const; // signed
@@ -39,8 +39,8 @@ class Fan {
 public:
   explicit Fan(const Polygon &polygon);
 
-  // An area-preserving map of the unit square onto the polygon that keeps neighbourhoods: u along the triangles, each by
-  // the square-root map.
+  // An area-preserving map of the unit square onto the polygon that keeps neighbourhoods: u along the triangles, each
+  // by the square-root map.
   Point2 warp(double u, double v) const;
 
 private:

@@ -51,7 +51,8 @@ void fill_triangle(const ob_surface &surface, int64_t triangle, int lane, Group 
   store(out.geometric, lane, geometric);
   out.lift[lane] = kLift * static_cast<float>(std::max({largest(a), largest(b), largest(c)}));
   for (int corner = 0; corner < 3; ++corner) {
-    const float *n = surface.normals == nullptr ? nullptr : surface.normals + 9 * triangle + 3 * static_cast<int64_t>(corner);
+    const float *n =
+        surface.normals == nullptr ? nullptr : surface.normals + 9 * triangle + 3 * static_cast<int64_t>(corner);
     store(out.shading[corner], lane, n == nullptr ? geometric : Vector{n[0], n[1], n[2]});
   }
 }
@@ -79,7 +80,8 @@ void fit_feet(const TexelTriangle &triangle, Texel texel, int feet, int lane, Gr
   }
   const Fan fan(part);
   for (int foot = 0; foot < feet; ++foot) {
-    const Point2 point = fan.warp(static_cast<double>(out.foot_x[foot][lane]), static_cast<double>(out.foot_y[foot][lane]));
+    const Point2 point =
+        fan.warp(static_cast<double>(out.foot_x[foot][lane]), static_cast<double>(out.foot_y[foot][lane]));
     out.foot_x[foot][lane] = static_cast<float>(point.x - texel.x);
     out.foot_y[foot][lane] = static_cast<float>(point.y - texel.y);
   }
@@ -93,8 +95,8 @@ Texel texel_of(int32_t tile_x, int32_t tile_y, int group, int lane) {
   return {tile_x * kTile + compact(morton), tile_y * kTile + compact(morton >> 1)};
 }
 
-int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, const Feet &feet, const PacketCode &code,
-           Group &out) {
+int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, const Feet &feet,
+           const PacketCode &code, Group &out) {
   int64_t owner[kLanes];
   int active = 0;
   for (int lane = 0; lane < kLanes; ++lane) {

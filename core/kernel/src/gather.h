@@ -22,8 +22,8 @@ struct Feet {
 };
 
 // Fills the group. Returns the number of active lanes; 0: nothing else was written.
-int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, const Feet &feet, const PacketCode &code,
-           Group &out);
+int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, const Feet &feet,
+           const PacketCode &code, Group &out);
 
 // The middle of one texel's footprint as the one active lane, and one foot, of a group.
 void gather_middle(const ob_surface &surface, Texel texel, Group &out);

@@ -26,15 +26,15 @@ struct Lanes3 {
 // Sixteen texels, structure of arrays. Lanes that are not active hold zeros.
 struct Group {
   LaneMask active;
-  LaneBits seed;           // of the texel's footprint points
-  Lanes3 corner;           // of the owner triangle
+  LaneBits seed; // of the texel's footprint points
+  Lanes3 corner; // of the owner triangle
   Lanes3 edge1, edge2;
-  Lanes3 geometric;        // unit geometric normal
-  Lanes3 shading[3];       // normals at the corners
-  Lanes lift;              // how far rays start off the surface
-  Lanes weight1[3];        // barycentric weight of corner 1: [0] at the texel's corner, [1] and [2] its growth along x and y
-  Lanes weight2[3];        // of corner 2
-  Lanes foot_x[kFeet];     // footprint points within the texel, 0 to 1
+  Lanes3 geometric;    // unit geometric normal
+  Lanes3 shading[3];   // normals at the corners
+  Lanes lift;          // how far rays start off the surface
+  Lanes weight1[3];    // corner 1's barycentric weight at the texel's corner, and its growth along x and y
+  Lanes weight2[3];    // of corner 2
+  Lanes foot_x[kFeet]; // footprint points within the texel, 0 to 1
   Lanes foot_y[kFeet];
 };
 
@@ -57,7 +57,7 @@ struct Packet {
   RTCScene scene;
   float distance;
   int32_t rays;
-  bool below; // rays may fall below the horizon of the shading normal; they count nothing
+  bool below;              // rays may fall below the horizon of the shading normal; they count nothing
   const float *directions; // x, y, z of sixteen lanes each, a ray
   const float *weights;    // of sixteen lanes a ray; NULL: all 1
   const uint8_t *foot;     // a ray's footprint point
@@ -70,7 +70,8 @@ struct PacketCode {
   void (*place)(const Group &, int feet, Frames &);
   void (*aim)(const Viewer &, int feet, float cos_turn, float sin_turn, Frames &);
   // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
-  void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, Lanes &sums, int64_t &embree_cycles);
+  void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, Lanes &sums,
+                   int64_t &embree_cycles);
 };
 
 extern const PacketCode kBaselinePackets;

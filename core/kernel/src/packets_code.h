@@ -53,11 +53,14 @@ void place(const Group &group, int feet, Frames &frames) {
     const Lanes x = group.foot_x[foot];
     const Lanes y = group.foot_y[foot];
     // Rounding may leave the triangle by a hair at its edges: back onto it.
-    const Lanes weight1 = at_most(at_least_0(group.weight1[0] + x * group.weight1[1] + y * group.weight1[2]), all(1.0F));
-    const Lanes weight2 = at_most(at_least_0(group.weight2[0] + x * group.weight2[1] + y * group.weight2[2]), 1.0F - weight1);
+    const Lanes weight1 =
+        at_most(at_least_0(group.weight1[0] + x * group.weight1[1] + y * group.weight1[2]), all(1.0F));
+    const Lanes weight2 =
+        at_most(at_least_0(group.weight2[0] + x * group.weight2[1] + y * group.weight2[2]), 1.0F - weight1);
     // One corner plus two edges: 0.8 ulp off the plane at most, where three products give 2.8.
     frames.position[foot] = group.corner + (group.edge1 * weight1 + group.edge2 * weight2);
-    const Lanes3 normal = group.shading[0] * (1.0F - weight1 - weight2) + group.shading[1] * weight1 + group.shading[2] * weight2;
+    const Lanes3 normal =
+        group.shading[0] * (1.0F - weight1 - weight2) + group.shading[1] * weight1 + group.shading[2] * weight2;
     const Lanes length = root(dot(normal, normal));
     const LaneMask usable = length > 1e-6F; // else the corners' normals cancel, and the geometric one stands in
     const Lanes scale = 1.0F / (usable ? length : all(1.0F));
@@ -89,18 +92,22 @@ void aim(const Viewer &viewer, int feet, float cos_turn, float sin_turn, Frames 
   }
 }
 
-inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<1> *rays, RTCOccludedArguments *args) {
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<1> *rays,
+                     RTCOccludedArguments *args) {
   if (valid[0] != 0) {
     embree.occluded1(scene, rays, args);
   }
 }
-inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<4> *rays, RTCOccludedArguments *args) {
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<4> *rays,
+                     RTCOccludedArguments *args) {
   embree.occluded4(valid, scene, rays, args);
 }
-inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<8> *rays, RTCOccludedArguments *args) {
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<8> *rays,
+                     RTCOccludedArguments *args) {
   embree.occluded8(valid, scene, rays, args);
 }
-inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<16> *rays, RTCOccludedArguments *args) {
+inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<16> *rays,
+                     RTCOccludedArguments *args) {
   embree.occluded16(valid, scene, rays, args);
 }
 
@@ -127,11 +134,12 @@ template <int W> Lanes get(const Rays<W> *rays, const float (Rays<W>::*field)[W]
 
 // Ray k of all lanes. They start a lift off the surface, on the side that they go to: a ray below the triangle of a
 // smooth normal leaves its own triangle alone, as in Cycles.
-template <int W> Lanes3 make_rays(const Packet &packet, const Group &group, const Frames &frames, int32_t k, Rays<W> *rays) {
+template <int W>
+Lanes3 make_rays(const Packet &packet, const Group &group, const Frames &frames, int32_t k, Rays<W> *rays) {
   const int foot = packet.foot[k];
   const float *d = packet.directions + static_cast<int64_t>(k) * 3 * kLanes;
-  const Lanes3 direction =
-      frames.tangent[foot] * load(d) + frames.bitangent[foot] * load(d + kLanes) + frames.axis[foot] * load(d + 2 * kLanes);
+  const Lanes3 direction = frames.tangent[foot] * load(d) + frames.bitangent[foot] * load(d + kLanes) +
+                           frames.axis[foot] * load(d + 2 * kLanes);
   const Lanes lift = dot(direction, group.geometric) < 0.0F ? -group.lift : group.lift;
   const Lanes3 origin = frames.position[foot] + group.geometric * lift;
   put<W>(rays, &Rays<W>::dir_x, direction.x);
@@ -155,10 +163,12 @@ template <int W> void prepare(Rays<W> *rays) {
 }
 
 template <int W>
-void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, Lanes &sums, int64_t &embree_cycles) {
+void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, Lanes &sums,
+           int64_t &embree_cycles) {
   Rays<W> rays[kLanes / W];
   prepare<W>(rays);
-  RTCOccludedArguments arguments{RTC_RAY_QUERY_FLAG_COHERENT, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE, nullptr, nullptr, nullptr};
+  RTCOccludedArguments arguments{RTC_RAY_QUERY_FLAG_COHERENT, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE,
+                                 nullptr, nullptr, nullptr};
   Lanes total{};
   alignas(64) int32_t valid[kLanes];
   for (int32_t k = 0; k < packet.rays; ++k) {
@@ -172,7 +182,8 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
     }
     embree_cycles += cycles() - before;
     const LaneMask seen = wanted & (get<W>(rays, &Rays<W>::tfar) >= 0.0F);
-    const Lanes weight = packet.weights == nullptr ? all(1.0F) : load(packet.weights + static_cast<int64_t>(k) * kLanes);
+    const Lanes weight =
+        packet.weights == nullptr ? all(1.0F) : load(packet.weights + static_cast<int64_t>(k) * kLanes);
     total += seen ? weight : Lanes{};
   }
   sums = total;

@@ -1,6 +1,7 @@
 // Work handed out piece by piece to threads. The pieces' results must not depend on who does them, or when.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <exception>
@@ -10,13 +11,40 @@
 
 namespace ob {
 
+constexpr int kMostThreads = 1024;
+
 inline int thread_count(int32_t asked) {
-  if (asked > 0) {
-    return asked;
-  }
-  const unsigned all = std::thread::hardware_concurrency();
-  return all == 0 ? 1 : static_cast<int>(all);
+  const int all = static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(asked > 0 ? asked : all, 1, kMostThreads);
 }
+
+// Threads that are waited for, whatever happens.
+class Crew {
+public:
+  Crew() = default;
+  Crew(const Crew &) = delete;
+  Crew &operator=(const Crew &) = delete;
+  ~Crew() {
+    for (std::thread &member : members_) {
+      member.join();
+    }
+  }
+
+  // Up to `count` threads that run the job; fewer where the system gives no more.
+  template <typename Job> void hire(int64_t count, const Job &job) {
+    try {
+      members_.reserve(static_cast<size_t>(count));
+      for (int64_t i = 0; i < count; ++i) {
+        members_.emplace_back(job);
+      }
+    } catch (const std::exception &) {
+      return;
+    }
+  }
+
+private:
+  std::vector<std::thread> members_;
+};
 
 // Calls worker(next) on each thread, the caller's among them; next() hands out 0, 1, … count - 1 and then -1.
 // The first exception of a worker is thrown on to the caller once all have ended.
@@ -32,18 +60,14 @@ template <typename Worker> void run_parallel(int threads, int64_t count, Worker 
     try {
       worker(next);
     } catch (...) {
-      const std::lock_guard<std::mutex> lock(failure_lock);
+      const std::scoped_lock lock(failure_lock);
       failure = std::current_exception();
     }
   };
-  std::vector<std::thread> others;
-  others.reserve(static_cast<size_t>(threads));
-  for (int i = 1; i < threads && i < count; ++i) {
-    others.emplace_back(guarded_worker);
-  }
-  guarded_worker();
-  for (std::thread &other : others) {
-    other.join();
+  {
+    Crew others;
+    others.hire(std::min<int64_t>(threads, count) - 1, guarded_worker);
+    guarded_worker();
   }
   if (failure) {
     std::rethrow_exception(failure);

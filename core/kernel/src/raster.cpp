@@ -26,6 +26,7 @@ struct Raster {
   int64_t triangle_count;
   int32_t width, height;
   int32_t *owner;
+  ob_control *control;
   std::vector<float> best;  // coverage by the owner
   std::vector<float> total; // by all triangles
 };
@@ -71,7 +72,8 @@ void claim(Raster &raster, int64_t texel, float covered, int64_t triangle) {
   }
 }
 
-// The columns between which a row's slice of the triangle spans the row's full height: whole texels, no clipping needed.
+// The columns between which a row's slice of the triangle spans the row's full height: whole texels, no clipping
+// needed.
 Range whole_cells(const Polygon &slice, double top, double bottom, Range columns) {
   double left = -INFINITY;
   double right = INFINITY;
@@ -108,8 +110,7 @@ void cover_row(Raster &raster, const Polygon &slice, int32_t row, int64_t triang
   const Range whole = whole_cells(slice, row, static_cast<double>(row) + 1.0, columns);
   for (int32_t column = columns.first; column < columns.last; ++column) {
     const bool inside = column >= whole.first && column < whole.last;
-    const double share =
-        inside ? 1.0 : area(clip_to_slab(slice, 0, column, static_cast<double>(column) + 1.0));
+    const double share = inside ? 1.0 : area(clip_to_slab(slice, 0, column, static_cast<double>(column) + 1.0));
     claim(raster, base + column, static_cast<float>(share), triangle);
   }
 }
@@ -117,7 +118,7 @@ void cover_row(Raster &raster, const Polygon &slice, int32_t row, int64_t triang
 void cover(Raster &raster, const TexelTriangle &triangle, int64_t index, Range rows) {
   const Polygon polygon = as_polygon(triangle);
   const Range touched = extent(polygon, 1, rows);
-  for (int32_t row = touched.first; row < touched.last; ++row) {
+  for (int32_t row = touched.first; row < touched.last && !cancelled(raster.control); ++row) {
     cover_row(raster, clip_to_slab(polygon, 1, row, static_cast<double>(row) + 1.0), row, index);
   }
 }
@@ -131,7 +132,7 @@ void stamp_centres(Raster &raster, const TexelTriangle &triangle, int64_t index,
   const auto side = [&](Point2 a, Point2 b, Point2 p) {
     return sign * ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x));
   };
-  for (int32_t row = touched.first; row < touched.last; ++row) {
+  for (int32_t row = touched.first; row < touched.last && !cancelled(raster.control); ++row) {
     for (int32_t column = columns.first; column < columns.last; ++column) {
       const Point2 point{column + 0.501, row + 0.498}; // 0.502 from the bottom
       const Point2 *c = triangle.corner;
@@ -162,29 +163,28 @@ std::vector<uint8_t> examine(const Raster &raster, ob_raster_report &report) {
   return flat;
 }
 
-void fill_bands(Raster &raster, const std::vector<uint8_t> &flat, int32_t rule, int32_t threads, ob_control *control) {
+void fill_band(Raster &raster, const std::vector<uint8_t> &flat, int32_t rule, Range rows) {
+  constexpr int64_t kStretch = 4096; // triangles between two reports of progress
+  for (int64_t t = 0; t < raster.triangle_count && !cancelled(raster.control); ++t) {
+    if (t % kStretch == 0) {
+      advance(raster.control, std::min(kStretch, raster.triangle_count - t));
+    }
+    if (flat[static_cast<size_t>(t)] == 0) {
+      const TexelTriangle triangle(raster.uv + 6 * t, raster.width, raster.height);
+      rule == OB_RULE_CENTRE ? stamp_centres(raster, triangle, t, rows) : cover(raster, triangle, t, rows);
+    }
+  }
+}
+
+void fill_bands(Raster &raster, const std::vector<uint8_t> &flat, int32_t rule, int32_t threads) {
   const int workers = thread_count(threads);
   const int32_t band = std::max(1, raster.height / (4 * workers));
   const int64_t bands = (raster.height + band - 1) / band;
-  begin(control, bands * raster.triangle_count);
-  constexpr int64_t kStretch = 4096; // triangles between two looks at `cancel`
+  begin(raster.control, bands * raster.triangle_count);
   run_parallel(workers, bands, [&](auto next) {
     for (int64_t piece = next(); piece >= 0; piece = next()) {
       const auto first = static_cast<int32_t>(piece * band);
-      const Range rows{first, std::min(first + band, raster.height)};
-      for (int64_t t = 0; t < raster.triangle_count; ++t) {
-        if (t % kStretch == 0) {
-          if (cancelled(control)) {
-            return;
-          }
-          advance(control, std::min(kStretch, raster.triangle_count - t));
-        }
-        if (flat[static_cast<size_t>(t)] != 0) {
-          continue;
-        }
-        const TexelTriangle triangle(raster.uv + 6 * t, raster.width, raster.height);
-        rule == OB_RULE_CENTRE ? stamp_centres(raster, triangle, t, rows) : cover(raster, triangle, t, rows);
-      }
+      fill_band(raster, flat, rule, {first, std::min(first + band, raster.height)});
     }
   });
 }
@@ -222,10 +222,18 @@ int32_t ob_rasterize(const float *uv, int64_t triangle_count, const uint8_t *ski
     }
     const size_t texels = static_cast<size_t>(width) * static_cast<size_t>(height);
     const size_t shares = rule == OB_RULE_COVERAGE ? texels : 0;
-    ob::Raster raster{uv,    skip, triangle_count, width, height, owner, std::vector<float>(shares), std::vector<float>(shares)};
+    ob::Raster raster{uv,
+                      skip,
+                      triangle_count,
+                      width,
+                      height,
+                      owner,
+                      control,
+                      std::vector<float>(shares),
+                      std::vector<float>(shares)};
     *report = ob_raster_report{};
     std::fill(owner, owner + texels, -1);
-    ob::fill_bands(raster, ob::examine(raster, *report), rule, threads, control);
+    ob::fill_bands(raster, ob::examine(raster, *report), rule, threads);
     if (ob::cancelled(control)) {
       return ob::fail(OB_CANCELLED, "cancelled");
     }

@@ -1,13 +1,24 @@
 // Device and scenes: loading Embree, copying geometry into it, building.
 #include "scene.h"
 
-#include <cmath>
 #include <cstring>
+#include <new>
 
 #include "parallel.h"
 #include "status.h"
 
 namespace ob {
+
+namespace {
+
+// For calls of Embree's that came back with nothing. The device keeps the error of each; left there, the next call
+// would be blamed for it.
+[[noreturn]] void throw_no_memory(const Device &device) {
+  device.embree.get_device_error(device.handle);
+  throw std::bad_alloc();
+}
+
+} // namespace
 
 Device::~Device() {
   if (handle != nullptr) {
@@ -16,9 +27,10 @@ Device::~Device() {
   // The library stays loaded: Embree's and TBB's threads may outlive the device, and their code must not go away.
 }
 
-Geometry::Geometry(std::shared_ptr<Device> owner) : device(std::move(owner)), handle(device->embree.new_scene(device->handle)) {
+Geometry::Geometry(std::shared_ptr<Device> owner)
+    : device(std::move(owner)), handle(device->embree.new_scene(device->handle)) {
   if (handle == nullptr) {
-    throw std::bad_alloc();
+    throw_no_memory(*device);
   }
   // Robust: no ray slips between two triangles that share an edge.
   device->embree.set_scene_flags(handle, RTC_SCENE_FLAG_ROBUST);
@@ -62,13 +74,15 @@ bool indices_within(const int32_t *triangles, int64_t triangle_count, int64_t ve
   return true;
 }
 
-void *new_buffer(const Embree &embree, RTCGeometry geometry, int type, int format, size_t count) {
-  void *buffer = embree.set_new_geometry_buffer(geometry, type, 0, format, 12, count);
+// Fills a new buffer of the geometry with `count` times three numbers.
+void copy_to_buffer(const Device &device, RTCGeometry geometry, int type, int format, const void *from, size_t count) {
+  constexpr size_t kStride = 12;
+  void *buffer = device.embree.set_new_geometry_buffer(geometry, type, 0, format, kStride, count);
   if (buffer == nullptr) {
-    embree.release_geometry(geometry);
-    throw std::bad_alloc();
+    device.embree.release_geometry(geometry);
+    throw_no_memory(device);
   }
-  return buffer;
+  std::memcpy(buffer, from, count * kStride);
 }
 
 void attach(const Geometry &scene, RTCGeometry geometry) {
@@ -89,16 +103,14 @@ int32_t add_triangles(const Geometry &scene, const float *vertices, int64_t vert
   if (!indices_within(triangles, triangle_count, vertex_count)) {
     return fail(OB_INVALID, "a triangle names a vertex that does not exist");
   }
-  const Embree &embree = scene.device->embree;
-  const RTCGeometry geometry = embree.new_geometry(scene.device->handle, RTC_GEOMETRY_TYPE_TRIANGLE);
-  const auto vertex_total = static_cast<size_t>(vertex_count);
-  const auto triangle_total = static_cast<size_t>(triangle_count);
-  void *vertex_buffer = new_buffer(embree, geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, vertex_total);
-  std::memcpy(vertex_buffer, vertices, vertex_total * 12);
-  void *index_buffer = new_buffer(embree, geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangle_total);
-  std::memcpy(index_buffer, triangles, triangle_total * 12);
+  const Device &device = *scene.device;
+  const RTCGeometry geometry = device.embree.new_geometry(device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
+  const auto corners = static_cast<size_t>(vertex_count);
+  copy_to_buffer(device, geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, vertices, corners);
+  const auto faces = static_cast<size_t>(triangle_count);
+  copy_to_buffer(device, geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles, faces);
   attach(scene, geometry);
-  return embree_status(*scene.device);
+  return embree_status(device);
 }
 
 bool keep_building(void *control, double share) {
@@ -209,6 +221,9 @@ int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matr
     if (scene == nullptr || scene->committed || mesh == nullptr || matrices == nullptr || count < 0) {
       return ob::fail(OB_INVALID, "instances without a mesh or matrices, or for a scene that is built already");
     }
+    if (mesh->geometry.device != scene->geometry.device) {
+      return ob::fail(OB_INVALID, "instances of a mesh that was built on another device than the scene");
+    }
     const ob::Geometry &geometry = scene->geometry;
     const ob::Embree &embree = geometry.device->embree;
     for (int64_t i = 0; i < count; ++i) {
@@ -240,13 +255,16 @@ int32_t ob_visible(ob_scene *scene, const float *origins, const float *direction
     if (scene == nullptr || !scene->committed || origins == nullptr || directions == nullptr || visible == nullptr) {
       return ob::fail(OB_INVALID, "ob_visible without a built scene, rays or a place for the answers");
     }
+    if (count < 0 || !(distance > 0.0F)) {
+      return ob::fail(OB_INVALID, "the number of rays must be 0 or more, and the distance above 0");
+    }
     ob::RTCOccludedArguments arguments{};
     arguments.feature_mask = ob::RTC_FEATURE_FLAG_TRIANGLE | ob::RTC_FEATURE_FLAG_INSTANCE;
     for (int64_t i = 0; i < count; ++i) {
       const float *origin = origins + 3 * i;
       const float *direction = directions + 3 * i;
-      ob::Rays<1> ray{{origin[0]},    {origin[1]},    {origin[2]}, {0.0F}, {direction[0]}, {direction[1]},
-                      {direction[2]}, {0.0F},         {distance},  {~0U},  {0U},           {0U}};
+      ob::Rays<1> ray{{origin[0]},    {origin[1]}, {origin[2]}, {0.0F}, {direction[0]}, {direction[1]},
+                      {direction[2]}, {0.0F},      {distance},  {~0U},  {0U},           {0U}};
       scene->geometry.device->embree.occluded1(scene->geometry.handle, &ray, &arguments);
       visible[i] = ray.tfar[0] >= 0.0F ? 1 : 0;
     }

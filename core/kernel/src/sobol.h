@@ -5,7 +5,9 @@
 
 namespace ob {
 
-// The hashes take one number or a vector of them.
+// Each file that includes these has its own copies: packets_*.cpp compile them for other instruction sets, and a linker
+// that merged them might keep the copy that does not run everywhere. They take one number or a vector of them.
+namespace {
 
 // A well-mixed 32-bit hash (the `lowbias32` constants of C. Wellons' hash prospector).
 template <typename Bits> constexpr Bits mix(Bits x) {
@@ -40,6 +42,8 @@ template <typename Bits> constexpr Bits owen(Bits x, Bits seed) {
 }
 
 constexpr float to_unit(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24F; } // [0, 1)
+
+} // namespace
 
 struct Point4 {
   uint32_t x[4];

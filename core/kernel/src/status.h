@@ -2,13 +2,16 @@
 #pragma once
 
 #include <atomic>
-#include <string>
+#include <exception>
+#include <new>
+#include <string_view>
 
 #include "occlusion_kernel.h"
 
 namespace ob {
 
-int32_t fail(ob_status status, std::string message);
+// Keeps the message, cut to 1000 bytes: no memory is asked for, as there may be none.
+int32_t fail(ob_status status, std::string_view message) noexcept;
 
 // Runs a body that may throw; nothing may leave the C interface.
 template <typename Body> int32_t guarded(Body body) {

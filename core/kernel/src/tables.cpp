@@ -5,6 +5,7 @@
 
 #include "parallel.h"
 #include "sobol.h"
+#include "status.h"
 
 namespace ob {
 namespace {
@@ -172,7 +173,7 @@ std::vector<Chunk> chunks_of(const Plan &plan) {
 }
 
 void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, int threads, Schedule &schedule,
-                 std::vector<Table> &tables) {
+                 std::vector<Table> &tables, ob_control *control) {
   const size_t rays = static_cast<size_t>(plan.sets) * kGroups * static_cast<size_t>(chunk.count);
   schedule.sets = plan.sets;
   schedule.rays = chunk.count;
@@ -185,7 +186,7 @@ void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_
   }
   const Target target{maps, &schedule, &tables};
   run_parallel(threads, static_cast<int64_t>(plan.sets) * kGroups, [&](auto next) {
-    for (int64_t piece = next(); piece >= 0; piece = next()) {
+    for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
       const auto set = static_cast<uint32_t>(piece / kGroups);
       const size_t base = static_cast<size_t>(piece) * static_cast<size_t>(chunk.count);
       fill_group(plan, mix(plan.seed, set), static_cast<int>(piece % kGroups), base, chunk, target);

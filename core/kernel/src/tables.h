@@ -14,9 +14,9 @@
 
 namespace ob {
 
-constexpr int kTile = 8;         // texels along a tile's side
-constexpr int kGroups = 4;       // groups of sixteen texels in a tile
-constexpr int32_t kChunk = 256;  // rays a texel in one go, at most: bounds the tables' memory
+constexpr int kTile = 8;        // texels along a tile's side
+constexpr int kGroups = 4;      // groups of sixteen texels in a tile
+constexpr int32_t kChunk = 256; // rays a texel in one go, at most: bounds the tables' memory
 constexpr int32_t kMostRays = 1 << 20;
 
 // What one map needs of one chunk of rays. [set][group][ray] and then the lanes.
@@ -28,16 +28,16 @@ struct Table {
 // What all maps share.
 struct Schedule {
   int32_t sets = 0;
-  int32_t rays = 0;           // a texel, in this chunk
+  int32_t rays = 0;          // a texel, in this chunk
   std::vector<uint8_t> foot; // which footprint point the rays of a group start from
 };
 
 // The plan of a bake's rays: how many in all, in which chunks.
 struct Plan {
-  int32_t rays;    // a texel
-  int32_t stride;  // N': points reserved for a texel
+  int32_t rays;   // a texel
+  int32_t stride; // N': points reserved for a texel
   int32_t sets;
-  int32_t side;    // a chunk's footprint points: side x side of them, at most 4 x 4
+  int32_t side; // a chunk's footprint points: side x side of them, at most 4 x 4
   uint32_t seed;
 };
 
@@ -51,8 +51,8 @@ std::vector<Chunk> chunks_of(const Plan &plan);
 
 Plan plan_rays(int32_t rays, uint64_t seed);
 
-// Fills the schedule and one table a map for the chunk's rays of every texel.
+// Fills the schedule and one table a map for the chunk's rays of every texel; in part where `control` is cancelled.
 void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, int threads, Schedule &schedule,
-                 std::vector<Table> &tables);
+                 std::vector<Table> &tables, ob_control *control);
 
 } // namespace ob

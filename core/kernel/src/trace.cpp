@@ -1,4 +1,5 @@
 // The bake's loop: chunks of rays, tiles of texels, groups of sixteen, maps.
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <cstring>
@@ -65,11 +66,12 @@ struct Job {
 const PacketCode &choose_code(int width) {
 #if defined(__x86_64__) && defined(__GNUC__)
   __builtin_cpu_init();
-  if (width == 16 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
+  if (width == 16 && avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
       __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
     return kAvx512Packets;
   }
-  if (width >= 8 && __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) {
+  if (width >= 8 && avx2) {
     return kAvx2Packets;
   }
 #endif
@@ -91,7 +93,7 @@ public:
       : job_(job), schedule_(schedule), tables_(tables), code_(choose_code(job.settings.packet_width)),
         trace_(choose_trace(code_, job.settings.packet_width)),
         feet_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)},
-        first_half_(job.halves != nullptr && 2 * chunk < job.chunks.size()) {}
+        first_half_(job.chunks[chunk].first + job.chunks[chunk].count <= job.plan.rays / 2) {}
 
   void bake_tile(int32_t tile) {
     const int32_t x = tile % job_.tiles_wide;
@@ -134,9 +136,14 @@ private:
     const Table &table = tables_[static_cast<size_t>(index)];
     const float *weights = table.weights.empty() ? nullptr : table.weights.data() + first * kLanes;
     const bool below = reflected || map.sampler == OB_SAMPLE_SPHERE;
-    const Packet packet{&job_.geometry.device->embree, job_.geometry.handle, settings.distance,
-                        schedule_.rays,                below,                table.directions.data() + first * 3 * kLanes,
-                        weights,                       schedule_.foot.data() + first};
+    const Packet packet{&job_.geometry.device->embree,
+                        job_.geometry.handle,
+                        settings.distance,
+                        schedule_.rays,
+                        below,
+                        table.directions.data() + first * 3 * kLanes,
+                        weights,
+                        schedule_.foot.data() + first};
     Lanes sums{};
     trace_(packet, group_, frames_, active, sums, embree_cycles_);
     store(index, tile_x, tile_y, group, active, sums);
@@ -158,7 +165,7 @@ private:
   }
 
   void store(int32_t map, int32_t tile_x, int32_t tile_y, int group, const LaneMask &traced, const Lanes &sums) {
-    float *half = first_half_ ? job_.halves[map] : nullptr;
+    float *half = job_.halves == nullptr ? nullptr : job_.halves[map];
     for (int lane = 0; lane < kLanes; ++lane) {
       if (group_.active[lane] == 0) {
         continue;
@@ -167,7 +174,7 @@ private:
       const int64_t texel = static_cast<int64_t>(place.y) * job_.surface.width + place.x;
       float &sum = job_.sums[map][texel];
       sum = traced[lane] == 0 || sum < 0.0F ? -1.0F : sum + sums[lane];
-      if (half != nullptr) {
+      if (half != nullptr && (first_half_ || sum < 0.0F)) {
         half[texel] = sum;
       }
     }
@@ -246,7 +253,7 @@ int32_t trace(Job &job) {
   std::vector<Table> tables;
   for (size_t chunk = 0; chunk < job.chunks.size() && !cancelled(job.control); ++chunk) {
     const int64_t start = cycles();
-    fill_tables(job.plan, job.chunks[chunk], job.maps, job.map_count, threads, schedule, tables);
+    fill_tables(job.plan, job.chunks[chunk], job.maps, job.map_count, threads, schedule, tables, job.control);
     all_cycles += (cycles() - start) * threads;
     trace_chunk(job, chunk, schedule, tables);
   }
@@ -257,6 +264,10 @@ const char *complaint(const ob_surface *surface) {
   if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||
       surface->owner == nullptr || surface->width < 1 || surface->height < 1) {
     return "a surface without vertices, triangles, UVs, owners or size";
+  }
+  if (surface->triangle_count < 0 || surface->triangle_count > INT32_MAX || surface->width > 65536 ||
+      surface->height > 65536) {
+    return "a surface of less than no triangles, of more than 2^31, or of more than 65536 texels in a row or column";
   }
   for (int64_t i = 0; i < 3 * surface->triangle_count; ++i) {
     if (surface->triangles[i] < 0 || surface->triangles[i] >= surface->vertex_count) {
@@ -292,14 +303,37 @@ const char *complaint(const ob_map *maps, int32_t map_count, float *const *sums)
   for (int32_t i = 0; i < map_count; ++i) {
     const ob_map &map = maps[i];
     if (sums[i] == nullptr || map.sampler < OB_SAMPLE_LOBE || map.sampler > OB_SAMPLE_SPHERE ||
-        map.axis < OB_AXIS_NORMAL || map.axis > OB_AXIS_REFLECTED || !(map.exponent >= 0.0) || !std::isfinite(map.exponent)) {
-      return "a map with an unknown sampler or axis, an exponent that is negative or not finite, or no place for its sums";
+        map.axis < OB_AXIS_NORMAL || map.axis > OB_AXIS_REFLECTED || !(map.exponent >= 0.0) ||
+        !std::isfinite(map.exponent)) {
+      return "a map with an unknown sampler or axis, an exponent that is negative or not finite, or no place for its "
+             "sums";
     }
     if (map.sampler == OB_SAMPLE_HEMISPHERE && map.axis != OB_AXIS_NORMAL) {
       return "the uniform hemisphere is about the normal; a reflected lobe takes its own sampler or the sphere";
     }
   }
   return nullptr;
+}
+
+// Maps about the reflected direction need to know where the viewer is.
+const char *complaint(const ob_map *maps, int32_t map_count, const ob_trace_settings &settings) {
+  const bool reflected =
+      std::any_of(maps, maps + map_count, [](const ob_map &map) { return map.axis == OB_AXIS_REFLECTED; });
+  const float *viewer = settings.orthographic != 0 ? settings.forward : settings.viewer;
+  const bool finite = std::all_of(viewer, viewer + 3, [](float value) { return std::isfinite(value); });
+  return reflected && !finite ? "the viewer's place and direction must be finite" : nullptr;
+}
+
+void store_middle(const ob_surface &surface, Texel place, float *position, float *normal) {
+  Group group{};
+  Frames frames{};
+  gather_middle(surface, place, group);
+  kBaselinePackets.place(group, 1, frames);
+  const Lanes3 &p = frames.position[0];
+  const Lanes3 &n = frames.normal[0];
+  const float values[2][3] = {{p.x[0], p.y[0], p.z[0]}, {n.x[0], n.y[0], n.z[0]}};
+  std::memcpy(position, values[0], sizeof(values[0]));
+  std::memcpy(normal, values[1], sizeof(values[1]));
 }
 
 } // namespace
@@ -318,12 +352,16 @@ int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_sett
         return ob::fail(OB_INVALID, wrong);
       }
     }
+    if (const char *wrong = ob::complaint(maps, map_count, *settings)) {
+      return ob::fail(OB_INVALID, wrong);
+    }
     ob_trace_settings chosen = *settings;
     if (chosen.packet_width == 0) {
       chosen.packet_width = scene->geometry.device->native_width;
     }
     const ob::Plan plan = ob::plan_rays(chosen.rays, chosen.seed);
-    ob::Job job{scene->geometry, *surface, chosen, maps, map_count, sums, halves, control, plan, ob::chunks_of(plan), {}, 0, 0};
+    ob::Job job{scene->geometry,     *surface, chosen, maps, map_count, sums, halves, control, plan,
+                ob::chunks_of(plan), {},       0,      0};
     return ob::trace(job);
   });
 }
@@ -337,21 +375,12 @@ int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *pos
       return ob::fail(OB_INVALID, "ob_surface_points without a place for its results");
     }
     ob::run_parallel(ob::thread_count(threads), surface->height, [&](auto next) {
-      ob::Group group{};
-      ob::Frames frames{};
       for (int64_t y = next(); y >= 0; y = next()) {
         for (int32_t x = 0; x < surface->width; ++x) {
           const int64_t texel = y * surface->width + x;
-          if (surface->owner[texel] < 0) {
-            continue;
+          if (surface->owner[texel] >= 0) {
+            ob::store_middle(*surface, {x, static_cast<int32_t>(y)}, positions + 3 * texel, normals + 3 * texel);
           }
-          ob::gather_middle(*surface, {x, static_cast<int32_t>(y)}, group);
-          ob::kBaselinePackets.place(group, 1, frames);
-          const ob::Lanes3 &p = frames.position[0];
-          const ob::Lanes3 &n = frames.normal[0];
-          const float values[2][3] = {{p.x[0], p.y[0], p.z[0]}, {n.x[0], n.y[0], n.z[0]}};
-          std::memcpy(positions + 3 * texel, values[0], sizeof(values[0]));
-          std::memcpy(normals + 3 * texel, values[1], sizeof(values[1]));
         }
       }
     });
@@ -360,8 +389,12 @@ int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *pos
 }
 
 void ob_profile(int64_t *embree, int64_t *all) {
-  *embree = ob::embree_cycles;
-  *all = ob::all_cycles;
+  if (embree != nullptr) {
+    *embree = ob::embree_cycles;
+  }
+  if (all != nullptr) {
+    *all = ob::all_cycles;
+  }
 }
 
 } // extern "C"

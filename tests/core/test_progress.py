@@ -1,0 +1,147 @@
+"""How far a bake is, and stopping it. Nothing here measures time: what counts is the rays that were not traced."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from occlusion_bake.core.bake import Settings, bake
+from occlusion_bake.core.embree import open_device
+from occlusion_bake.core.errors import Cancelled
+from occlusion_bake.core.estimators import AO
+from occlusion_bake.core.kernel_api import Control
+from occlusion_bake.core.occluders import Occluders
+from occlusion_bake.core.progress import Progress
+from occlusion_bake.core.scene import Scene, placed
+from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.tracer import Geometry, Rays, TraceScene, trace
+
+
+class Watcher:
+    """Looks at a bake again and again from another thread while the body of `with` runs."""
+
+    def __init__(self, look: Callable[[], None]) -> None:
+        self._look = look
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run)
+
+    def _run(self) -> None:
+        while not self._over.wait(0.0005):
+            self._look()
+
+    def __enter__(self) -> None:
+        self._thread.start()
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        self._thread.join()
+
+
+@pytest.fixture
+def stage(shapes: Any) -> Scene:
+    """Two objects far enough apart that each gets its own frame."""
+    near, far = (shapes.instance(shapes.sphere(segments=48), shapes.matrix((x, 0, 0)), f"at {x}") for x in (0, 50))
+    return Scene([near, far], [near, far])
+
+
+def test_the_fraction_rises_from_0_to_1(stage: Scene) -> None:
+    progress = Progress()
+    seen = [progress.fraction]
+    with Watcher(lambda: seen.append(progress.fraction)):
+        for baked in bake(stage, Settings(width=256, height=256, rays=256), progress):
+            seen.append(progress.fraction)
+            assert seen[-1] == (0.5 if baked.name == "at 0" else 1.0)
+    assert seen[0] == 0.0 and progress.fraction == 1.0
+    assert seen == sorted(seen)
+    assert any(0.1 < fraction < 0.5 for fraction in seen) and any(0.6 < fraction < 1.0 for fraction in seen)
+
+
+def test_the_fraction_is_whole_objects_and_the_share_of_a_stage() -> None:
+    progress = Progress(4)
+    assert progress.fraction == 0.0
+    control = progress.enter("Rock: tracing", (0.2, 1.0))
+    assert progress.fraction == pytest.approx(0.05)
+    control.done, control.total = 500, 1000
+    assert progress.fraction == pytest.approx(0.15)
+    assert progress.stage == "Rock: tracing"
+    control.done = 0  # as when a stage measures a second piece of work
+    assert progress.fraction == pytest.approx(0.15)
+    for done in range(1, 5):
+        progress.finish_object()
+        assert progress.fraction == done / 4
+
+
+def test_stages_without_a_share_do_not_count() -> None:
+    progress = Progress()
+    control = progress.enter("reading the scene")
+    control.done = control.total = 10
+    assert progress.fraction == 0.0
+
+
+def test_a_bake_is_cancelled_from_another_thread(stage: Scene) -> None:
+    progress = Progress()
+    most = [0, 0]  # rays done and to do
+
+    def look() -> None:
+        if progress.stage.endswith("tracing") and progress.control.done > 0:
+            progress.cancel()
+        if progress.control.cancel:
+            most[:] = max(most[0], progress.control.done), max(most[1], progress.control.total)
+
+    rays = 1 << 15
+    settings = Settings(width=256, height=256, rays=rays)
+    baker = bake(stage, settings, progress)
+    with Watcher(look), pytest.raises(Cancelled):
+        next(baker)
+    assert most[1] > 2e9  # rays that would have been traced
+    assert 0 < most[0] < most[1] / 8
+    assert progress.fraction < 1.0
+
+
+def test_a_cancelled_bake_does_not_go_on(stage: Scene) -> None:
+    progress = Progress(2)
+    baker = bake(stage, Settings(width=16, height=16, rays=4), progress)
+    assert next(baker).name == "at 0"
+    progress.cancel()
+    with pytest.raises(Cancelled):
+        next(baker)
+
+
+def test_nothing_starts_once_cancelled(stage: Scene) -> None:
+    progress = Progress()
+    progress.cancel()
+    with pytest.raises(Cancelled):
+        progress.enter("anything")
+    with pytest.raises(Cancelled):
+        next(bake(stage, Settings(width=16, height=16), progress))
+
+
+def test_every_kernel_call_looks_at_the_wish(stage: Scene) -> None:
+    stopped = Control(cancel=1)
+    target = placed(stage.targets[0], np.zeros(3))
+    scene = TraceScene(open_device())
+    scene.add(target.vertices, target.triangles)
+    with pytest.raises(Cancelled):
+        scene.commit(stopped)
+    with pytest.raises(Cancelled):
+        Geometry(open_device(), target.vertices, target.triangles, stopped)
+    scene = TraceScene(open_device())
+    scene.add(target.vertices, target.triangles)
+    scene.commit()
+    assert target.uv is not None
+    owner = rasterize("sphere", target.uv, 16, 16).owner
+    with pytest.raises(Cancelled):
+        trace(scene, target, owner, [AO], Rays(4), control=stopped)
+    assert stopped.done == 0
+
+
+def test_building_occluders_is_cancelled(stage: Scene) -> None:
+    progress = Progress()
+    progress.cancel()
+    occluders = Occluders(open_device(), stage.occluders)
+    with pytest.raises(Cancelled):
+        occluders.frame_for(stage.targets[0], progress)
+    assert occluders.frame_for(stage.targets[0], Progress()).flat == {0, 1}
