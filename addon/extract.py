@@ -56,7 +56,7 @@ def _target_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Obje
 
 
 def synced(view_layer: bpy.types.ViewLayer) -> Any:
-    """The view layer's objects. Blender leaves out new ones and None for removed ones until it is asked for the active."""
+    """The view layer's objects: Blender lacks new ones and holds None for removed ones until asked for the active."""
     _ = view_layer.objects.active
     return view_layer.objects
 
@@ -352,13 +352,13 @@ def _normals(mesh: bpy.types.Mesh, vertices: Floats, triangles: Ints, corners: I
     """(T, 3, 3) shading normals as this Blender's Cycles takes them, None where all faces are flat.
 
     Measured by normal bakes: a wholly flat mesh is flat triangle by triangle, even where a polygon is not planar. In a
-    mesh with smooth faces too, a flat polygon is so up to Blender 5.0 unless the mesh has custom normals; from 5.1 on
+    mesh with smooth faces too, a flat polygon is so up to Blender 5.1 unless the mesh has custom normals; from 5.2 on
     it has one normal.
     """
     if mesh.normals_domain == "FACE":
         return None
     normals = _values(mesh.corner_normals, "vector", len(mesh.loops), 3)[corners]
-    if mesh.normals_domain == "CORNER" and bpy.app.version < (5, 1) and not mesh.has_custom_normals:
+    if mesh.normals_domain == "CORNER" and bpy.app.version < (5, 2) and not mesh.has_custom_normals:
         flat = _flat(mesh)
         normals[flat] = _face_normals(vertices, triangles[flat])[:, np.newaxis]
     return normals
@@ -379,7 +379,8 @@ def _face_normals(vertices: Floats, triangles: Ints) -> Floats:
     a, b, c = (vertices[triangles[:, corner]].astype(np.float64) for corner in range(3))
     across = np.cross(b - a, c - a)
     length = np.linalg.norm(across, axis=1, keepdims=True)
-    return np.divide(across, length, out=np.zeros_like(across), where=length > 0.0).astype(np.float32)
+    unit: Floats = np.divide(across, length, out=np.zeros_like(across), where=length > 0.0).astype(np.float32)
+    return unit
 
 
 def _positions(mesh: bpy.types.Mesh) -> Floats:

@@ -326,7 +326,7 @@ def test_a_flat_polygon_beside_smooth_ones_is_shaded_as_cycles_does() -> None:
     assert mesh.normals is not None
     by_triangle = face_normals(mesh)
     one = unit(by_triangle[:2].sum(axis=0))
-    flat = np.broadcast_to(one, (2, 3)) if bpy.app.version >= (5, 1) else by_triangle[:2]
+    flat = np.broadcast_to(one, (2, 3)) if bpy.app.version >= (5, 2) else by_triangle[:2]
     np.testing.assert_allclose(mesh.normals[:2], np.repeat(flat[:, np.newaxis], 3, axis=1), atol=1e-6)
     diagonal = mesh.normals[2:].reshape(-1, 3)
     assert np.abs(unit(by_triangle[2:].sum(axis=0)) - diagonal).max(axis=1).min() < 1e-6

@@ -1,0 +1,288 @@
+// Groups of texels: every instruction set's build does the same, and rays go where the frames say.
+#include "packets.h"
+
+#include <cstring>
+#include <vector>
+
+#include "checks.h"
+#include "gather.h"
+#include "tables.h"
+
+using ob::Frames;
+using ob::Group;
+using ob::kFeet;
+using ob::kLanes;
+using ob::Lanes;
+using ob::PacketCode;
+
+static std::vector<const PacketCode *> codes_that_run_here() {
+  std::vector<const PacketCode *> codes = {&ob::kBaselinePackets};
+#if defined(__x86_64__)
+  __builtin_cpu_init();
+  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2")) {
+    codes.push_back(&ob::kAvx2Packets);
+    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+        __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+      codes.push_back(&ob::kAvx512Packets);
+    }
+  }
+#endif
+  return codes;
+}
+
+static void fill(Random &random, float *values, size_t count, double low, double high) {
+  for (size_t i = 0; i < count; ++i) {
+    values[i] = static_cast<float>(random.within(low, high));
+  }
+}
+
+// Random triangles, three lanes of four active; the last lane's normals cancel.
+static Group random_group(uint64_t seed) {
+  Random random(seed);
+  Group group{};
+  const auto numbers = [&](auto &field, double low, double high) {
+    fill(random, reinterpret_cast<float *>(&field), sizeof(field) / 4, low, high);
+  };
+  numbers(group.corner, -2, 2);
+  numbers(group.edge1, -1, 1);
+  numbers(group.edge2, -1, 1);
+  numbers(group.shading, -1, 1);
+  numbers(group.weight1, -0.4, 0.8);
+  numbers(group.weight2, -0.4, 0.8);
+  group.lift += 0x1p-20F;
+  group.geometric.z += 1.0F;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    group.active[lane] = random.once_in(4) ? 0 : -1;
+    group.seed[lane] = static_cast<uint32_t>(random.bits());
+  }
+  for (ob::Lanes3 &normal : group.shading) {
+    normal.x[kLanes - 1] = normal.y[kLanes - 1] = normal.z[kLanes - 1] = 0.0F;
+  }
+  return group;
+}
+
+static ob::Viewer viewer(bool reflected, bool orthographic) {
+  return {reflected, orthographic, {3.0F, -4.0F, 5.0F}, {0.1F, 0.7F, -0.6F}};
+}
+
+static Frames frames_of(const PacketCode &code, Group &group, const ob::Viewer &from) {
+  Frames frames;
+  std::memset(static_cast<void *>(&frames), 0, sizeof(frames));
+  code.spread_feet(group, 4, 0x12345678U, 0x9abcdef0U);
+  code.place(group, kFeet, frames);
+  code.aim(from, kFeet, 0.6F, 0.8F, frames);
+  return frames;
+}
+
+static void test_instruction_sets_agree_to_the_bit() {
+  for (uint64_t seed = 0; seed < 200; ++seed) {
+    for (const ob::Viewer &from : {viewer(false, false), viewer(true, false), viewer(true, true)}) {
+      Group expected_group = random_group(seed);
+      const Frames expected = frames_of(ob::kBaselinePackets, expected_group, from);
+      for (const PacketCode *code : codes_that_run_here()) {
+        Group group = random_group(seed);
+        const Frames frames = frames_of(*code, group, from);
+        CHECK(std::memcmp(&frames, &expected, sizeof(frames)) == 0);
+        CHECK(std::memcmp(&group, &expected_group, sizeof(group)) == 0);
+      }
+    }
+  }
+}
+
+static double dot(const ob::Lanes3 &a, const ob::Lanes3 &b, int lane) {
+  return double{a.x[lane]} * double{b.x[lane]} + double{a.y[lane]} * double{b.y[lane]} +
+         double{a.z[lane]} * double{b.z[lane]};
+}
+
+static void test_frames_are_orthonormal() {
+  for (uint64_t seed = 0; seed < 50; ++seed) {
+    for (const ob::Viewer &from : {viewer(false, false), viewer(true, false), viewer(true, true)}) {
+      Group group = random_group(seed);
+      const Frames frames = frames_of(ob::kBaselinePackets, group, from);
+      for (int i = 0; i < kFeet * kLanes; ++i) {
+        const int foot = i / kLanes;
+        const int lane = i % kLanes;
+        const ob::Lanes3 *axes[] = {&frames.tangent[foot], &frames.bitangent[foot], &frames.axis[foot]};
+        for (int a = 0; a < 9; ++a) {
+          CHECK_NEAR(dot(*axes[a / 3], *axes[a % 3], lane), a / 3 == a % 3 ? 1.0 : 0.0, 3e-6);
+        }
+        CHECK_NEAR(dot(frames.normal[foot], frames.normal[foot], lane), 1.0, 1e-6);
+      }
+    }
+  }
+}
+
+static void test_normals_that_cancel_give_way_to_the_geometric_one() {
+  Group group = random_group(1);
+  const Frames frames = frames_of(ob::kBaselinePackets, group, viewer(false, false));
+  CHECK_EQUAL(frames.normal[0].z[kLanes - 1], 1.0);
+}
+
+// The mirrored direction makes the same angle with the normal as the one to the viewer, in one plane with both.
+static void test_mirror() {
+  Group group = random_group(2);
+  const Frames frames = frames_of(ob::kBaselinePackets, group, viewer(true, true));
+  const double length = std::sqrt(0.1 * 0.1 + 0.7 * 0.7 + 0.6 * 0.6);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const ob::Lanes3 &n = frames.normal[0];
+    const ob::Lanes3 &r = frames.axis[0];
+    const double d[] = {0.1 / length, 0.7 / length, -0.6 / length};
+    const double facing = d[0] * double{n.x[lane]} + d[1] * double{n.y[lane]} + d[2] * double{n.z[lane]};
+    CHECK_NEAR(dot(r, n, lane), -facing, 1e-6);
+    CHECK_NEAR(double{r.x[lane]} - d[0], -2.0 * facing * double{n.x[lane]}, 1e-6);
+  }
+}
+
+static void test_feet_lie_one_in_each_cell() {
+  for (const int side : {1, 2, 4}) {
+    Group group = random_group(3);
+    ob::kBaselinePackets.spread_feet(group, side, 77U, 0xffffffffU);
+    for (int foot = 0; foot < side * side; ++foot) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        CHECK_EQUAL(static_cast<int>(group.foot_x[foot][lane] * static_cast<float>(side)), foot % side);
+        CHECK_EQUAL(static_cast<int>(group.foot_y[foot][lane] * static_cast<float>(side)), foot / side);
+      }
+    }
+  }
+}
+
+static void test_places_stay_on_the_triangle() {
+  Group group = random_group(4);
+  group.corner = {};
+  group.edge1 = {};
+  group.edge2 = {};
+  group.edge1.x += 1.0F; // positions are the barycentric weights
+  group.edge2.y += 1.0F;
+  const Frames frames = frames_of(ob::kBaselinePackets, group, viewer(false, false));
+  for (int i = 0; i < kFeet * kLanes; ++i) {
+    const float a = frames.position[i / kLanes].x[i % kLanes];
+    const float b = frames.position[i / kLanes].y[i % kLanes];
+    CHECK(a >= 0.0F && b >= 0.0F && a + b <= 1.0F);
+  }
+}
+
+// An Embree that blocks what goes down by more than the slope, within reach.
+constexpr float kSlope = -0.25F;
+static int rays_asked;
+
+template <int W> static void block(const int *valid, ob::RTCScene, ob::Rays<W> *rays, ob::RTCOccludedArguments *) {
+  for (int i = 0; i < W; ++i) {
+    if (valid != nullptr && valid[i] == 0) {
+      continue;
+    }
+    ++rays_asked;
+    const double length = std::hypot(double{rays->dir_x[i]}, double{rays->dir_y[i]}, double{rays->dir_z[i]});
+    CHECK_NEAR(length, 1.0, 1e-5);
+    CHECK(rays->tnear[i] == 0.0F && rays->tfar[i] == 12.0F && rays->mask[i] == ~0U);
+    if (rays->dir_z[i] < kSlope) {
+      rays->tfar[i] = -INFINITY;
+    }
+  }
+}
+
+static ob::Embree blocking_embree() {
+  ob::Embree embree{};
+  embree.occluded1 = [](ob::RTCScene s, ob::Rays<1> *r, ob::RTCOccludedArguments *a) { block<1>(nullptr, s, r, a); };
+  embree.occluded4 = block<4>;
+  embree.occluded8 = block<8>;
+  embree.occluded16 = block<16>;
+  return embree;
+}
+
+struct Rays {
+  std::vector<float> directions, weights;
+  std::vector<uint8_t> foot;
+};
+
+static Rays random_rays(int count) {
+  Random random(9);
+  Rays rays;
+  for (int i = 0; i < count; ++i) {
+    float d[3][kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double z = random.within(-1.0, 1.0);
+      const double turn = random.within(0.0, 6.28);
+      d[0][lane] = static_cast<float>(std::sqrt(1.0 - z * z) * std::cos(turn));
+      d[1][lane] = static_cast<float>(std::sqrt(1.0 - z * z) * std::sin(turn));
+      d[2][lane] = static_cast<float>(z);
+      rays.weights.push_back(static_cast<float>(random.below(4)));
+    }
+    rays.directions.insert(rays.directions.end(), &d[0][0], &d[0][0] + 3 * kLanes);
+    rays.foot.push_back(static_cast<uint8_t>(random.below(kFeet)));
+  }
+  return rays;
+}
+
+// The sum of one lane, ray by ray; counts the rays that must be asked for.
+static float expected_sum(const Group &group, const Frames &f, const ob::Packet &packet, int lane, int &asked) {
+  float sum = 0.0F;
+  for (int k = 0; k < packet.rays && group.active[lane] != 0; ++k) {
+    const int foot = packet.foot[k];
+    const float *d = packet.directions + 3 * kLanes * k + lane;
+    ob::Lanes3 direction{};
+    for (int axis = 0; axis < 3; ++axis) {
+      const ob::Lanes3 &a = axis == 0 ? f.tangent[foot] : (axis == 1 ? f.bitangent[foot] : f.axis[foot]);
+      direction.x[lane] += a.x[lane] * d[axis * kLanes];
+      direction.y[lane] += a.y[lane] * d[axis * kLanes];
+      direction.z[lane] += a.z[lane] * d[axis * kLanes];
+    }
+    if (packet.below && !(dot(direction, f.normal[foot], lane) > 0.0)) {
+      continue;
+    }
+    ++asked;
+    sum += direction.z[lane] < kSlope ? 0.0F : (packet.weights == nullptr ? 1.0F : packet.weights[k * kLanes + lane]);
+  }
+  return sum;
+}
+
+static void check_traced(const PacketCode &code, int index, bool below, bool weighted) {
+  const ob::Embree embree = blocking_embree();
+  const Rays rays = random_rays(100);
+  Group group = random_group(6);
+  const Frames frames = frames_of(code, group, viewer(true, true));
+  const ob::Packet packet{&embree, nullptr, 12.0F, 100, below, rays.directions.data(),
+                          weighted ? rays.weights.data() : nullptr, rays.foot.data()};
+  Lanes sums{};
+  int64_t embree_cycles = 0;
+  rays_asked = 0;
+  code.trace[index](packet, group, frames, group.active, sums, embree_cycles);
+  int asked = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    CHECK_EQUAL(sums[lane], expected_sum(group, frames, packet, lane, asked));
+  }
+  CHECK_EQUAL(rays_asked, asked);
+}
+
+static void test_sums_in_every_width_and_instruction_set() {
+  for (const PacketCode *code : codes_that_run_here()) {
+    for (int index = 0; index < 4; ++index) {
+      for (const bool below : {false, true}) {
+        check_traced(*code, index, below, false);
+        check_traced(*code, index, below, true);
+      }
+    }
+  }
+}
+
+static void test_lanes_are_in_morton_order() {
+  int seen[ob::kTile][ob::kTile] = {};
+  for (int i = 0; i < ob::kGroups * kLanes; ++i) {
+    const ob::Texel texel = ob::texel_of(2, 3, i / kLanes, i % kLanes);
+    ++seen[texel.y - 3 * ob::kTile][texel.x - 2 * ob::kTile];
+    CHECK((texel.x % 8) / 4 + 2 * ((texel.y % 8) / 4) == i / kLanes); // a group is a quarter
+  }
+  for (const auto &row : seen) {
+    CHECK(*std::min_element(row, row + ob::kTile) == 1 && *std::max_element(row, row + ob::kTile) == 1);
+  }
+}
+
+int main() {
+  test_instruction_sets_agree_to_the_bit();
+  test_frames_are_orthonormal();
+  test_normals_that_cancel_give_way_to_the_geometric_one();
+  test_mirror();
+  test_feet_lie_one_in_each_cell();
+  test_places_stay_on_the_triangle();
+  test_sums_in_every_width_and_instruction_set();
+  test_lanes_are_in_morton_order();
+}

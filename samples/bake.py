@@ -1,0 +1,118 @@
+"""`make bake`: AO and RO of every sample scene, beside Cycles, into out/.
+
+python -m occlusion_bake.samples.bake [NAME...] [--size N] [--rays N] [--samples N] [--output DIR]
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import bpy
+
+from ..addon.comparison import compare_with_cycles
+from ..addon.files import Folder
+from ..addon.job import Options, Outcome, bake_steps
+from ..addon.leave import leave
+from ..addon.runner import run
+from ..core.bake import Baked, Settings
+from ..core.errors import InputError
+from ..core.estimators import AO, reflection
+from ..core.progress import Progress
+from ..core.report import Json, object_entry, whole_report, write_report
+from ..core.scene import Instance
+from .scenes import SCENES, build
+
+COLUMNS = f"{'scene':10} {'object':12} {'texels':>8} {'seconds':>8} {'±AO':>7} {'±RO 10':>7} {'bias':>9} {'Cycles':>8} {'ratio':>6}"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Bake, compare, print the table, write out/report.json."""
+    chosen = _parser().parse_args(arguments)
+    unknown = [name for name in chosen.names if name not in SCENES]
+    if unknown:
+        raise InputError(f"{unknown[0]}: no such sample scene; choose from {', '.join(SCENES)}")
+    settings = Settings((AO, reflection(10.0)), chosen.size, chosen.size, chosen.rays)
+    start = time.perf_counter()
+    rows: list[str] = []
+    reports = {name: _bake_scene(name, settings, chosen, rows) for name in chosen.names or SCENES}
+    write_report(chosen.output / "report.json", {"scenes": reports})
+    print(f"\n{COLUMNS}", *rows, sep="\n")
+    print(
+        f"\n±: estimated RMSE at {chosen.rays} rays a texel. bias: mean of our AO minus Cycles'. Cycles: its seconds for "
+        f"{chosen.samples} samples.\nratio: those over our own seconds, button to texture, for the same AO at "
+        f"{chosen.samples} rays.\nTextures and pictures are in {chosen.output}; {time.perf_counter() - start:.0f} s in all."
+    )
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser("python -m occlusion_bake.samples.bake", description="Bake the sample scenes.")
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"which: {', '.join(SCENES)} (all)")
+    parser.add_argument("--size", type=int, default=512, help="texels a side (512)")
+    parser.add_argument("--rays", type=int, default=64, help="rays a texel and map (64)")
+    parser.add_argument("--samples", type=int, default=16, help="samples that Cycles takes (16)")
+    parser.add_argument("--output", type=Path, default=Path("out"), help="folder (out)")
+    return parser
+
+
+def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows: list[str]) -> Json:
+    sample = build(name)
+    print(f"{name}: {sample.description}", flush=True)
+    folder = Folder(chosen.output / name)
+    entries: dict[str, Json] = {}
+
+    def deliver(target: Instance, baked: Baked) -> None:
+        start = time.perf_counter()
+        stem = folder.stem(baked.name)
+        files = folder.write(baked, settings, stem)
+        baked.seconds["write"] = time.perf_counter() - start
+        entry = entries[baked.name] = object_entry(baked, files)
+        picture = folder.path / f"{stem}_ao_compared.png"
+        entry["cycles"] = compare_with_cycles(bpy.context, target, baked, settings, chosen.samples, None, picture)
+
+    outcome = _run(sample.targets, settings, deliver)
+    for target in sample.targets:
+        entries[target]["seconds_at_equal_samples"] = _seconds_of(target, replace(settings, estimators=(AO,)), chosen)
+        rows.append(_row(name, entries[target]))
+    assert outcome.baker is not None
+    return whole_report(settings, outcome.baker.device, outcome.seconds, entries.values())
+
+
+def _run(names: tuple[str, ...], settings: Settings, deliver: object) -> Outcome:
+    progress, outcome = Progress(len(names)), Outcome()
+    run(bake_steps(bpy.context, Options(names, settings), progress, outcome, deliver), progress)  # type: ignore[arg-type]
+    for line in (*outcome.notes, *outcome.refused):
+        print(f"  {line}")
+    return outcome
+
+
+def _seconds_of(target: str, settings: Settings, chosen: argparse.Namespace) -> float:
+    """Our seconds from the button to the texture for AO alone with as many rays as Cycles takes samples."""
+    folder = Folder(chosen.output / "timing")
+    equal = replace(settings, rays=chosen.samples)
+    start = time.perf_counter()
+    _run((target,), equal, lambda _, baked: folder.write(baked, equal, "timing"))
+    return time.perf_counter() - start
+
+
+def _row(scene: str, entry: Json) -> str:
+    cycles = entry["cycles"]
+    ratio = cycles["seconds"] / entry["seconds_at_equal_samples"]
+    return (
+        f"{scene:10} {entry['name']:12.12} {entry['texels']:8,} {entry['seconds']['total']:8.2f} "
+        f"{entry['error']['ao']:7.4f} {entry['error']['ro_10']:7.4f} {cycles['bias']:+9.5f} {cycles['seconds']:8.2f} {ratio:6.1f}"
+    )
+
+
+if __name__ == "__main__":
+    try:
+        status = main(sys.argv[1:])
+    except InputError as refusal:
+        print(refusal, file=sys.stderr)
+        status = 2
+    leave(status)
