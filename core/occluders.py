@@ -49,26 +49,27 @@ class Occluders:
         sound = {key: _without_broken(mesh) for key, mesh in meshes.items()}  # once a mesh, or none would be shared
         self._instances = [replace(instance, mesh=sound[id(instance.mesh)]) for instance in instances]
         self.warnings = _warnings(instances, self._instances)
-        self._bounds = [bounds_of(instance) for instance in self._instances]
+        self._boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
         self._geometries: dict[int, tuple[Geometry, Doubles]] = {}
         self._frame: Frame | None = None
 
     def frame_for(self, target: Instance, progress: Progress) -> Frame:
         """The scene to trace the target in. Raises Cancelled, MemoryError."""
-        wanted = frozenset(i for i in range(len(self._instances)) if self._within_reach(i, target))
+        wanted = self._within_reach(target)
         own = next((i for i, instance in enumerate(self._instances) if _is_same(instance, target)), None)
         if self._frame is None or not self._frame.serves(target, own, wanted):
             self._frame = None  # free the old tree before the new one grows
             self._frame = self._build(target, own, wanted, progress)
         return self._frame
 
-    def _within_reach(self, index: int, target: Instance) -> bool:
-        low, high = self._bounds[index]
-        if not (np.isfinite(low).all() and np.isfinite(high).all()):
-            return False
+    def _within_reach(self, target: Instance) -> frozenset[int]:
+        """Places of the occluders whose boxes come as near the target's as rays go."""
         own_low, own_high = bounds_of(target)
+        low, high = self._boxes[:, 0], self._boxes[:, 1]
         gap = np.maximum(np.maximum(low - own_high, own_low - high), 0.0)
-        return float(np.linalg.norm(gap)) <= self._distance * (1.0 + 1e-6)
+        near = np.isfinite(self._boxes).all(axis=(1, 2))
+        near[near] = np.linalg.norm(gap[near], axis=1) <= self._distance * (1.0 + 1e-6)
+        return frozenset(np.flatnonzero(near).tolist())
 
     def _build(self, target: Instance, own: int | None, wanted: frozenset[int], progress: Progress) -> Frame:
         origin = centre_of(target)
@@ -107,8 +108,7 @@ class Occluders:
 
 def _centred(device: Device, mesh: Mesh, progress: Progress) -> tuple[Geometry, Doubles]:
     """The mesh about the middle of its own box, and that middle."""
-    box = np.array([mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)], dtype=np.float64)
-    centre: Doubles = box.mean(axis=0)
+    centre: Doubles = np.mean(mesh.box, axis=0)
     vertices: Floats = (mesh.vertices - centre).astype(np.float32)
     return Geometry(device, vertices, mesh.triangles, progress.control), centre
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,13 @@ class Mesh:
     triangles: Ints
     uv: Floats | None = None
     normals: Floats | None = None
+
+    @cached_property
+    def box(self) -> tuple[Doubles, Doubles]:
+        """Its object-space box: (low, high), each (3,) float64; inside out where there are no vertices."""
+        if len(self.vertices) == 0:
+            return np.full(3, np.inf), np.full(3, -np.inf)
+        return self.vertices.min(axis=0).astype(np.float64), self.vertices.max(axis=0).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,10 +122,9 @@ def centre_of(target: Instance) -> Doubles:
 
 def bounds_of(instance: Instance) -> tuple[Doubles, Doubles]:
     """World-space box of an instance, from its object-space box's eight corners: (low, high), each (3,) float64."""
-    vertices = instance.mesh.vertices
-    if len(vertices) == 0:
-        return np.full(3, np.inf), np.full(3, -np.inf)
-    low, high = vertices.min(axis=0).astype(np.float64), vertices.max(axis=0).astype(np.float64)
+    low, high = instance.mesh.box
+    if (low > high).any():
+        return low, high
     corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)] for bits in np.ndindex(2, 2, 2)])
     world = corners @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
     return world.min(axis=0), world.max(axis=0)

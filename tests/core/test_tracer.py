@@ -168,6 +168,18 @@ def test_rays_reach_as_far_as_they_are_told(shapes: Any) -> None:
     assert_array_equal(scene.visible(origins, up, distance=0.51), [False, True, True])
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_no_ray_slips_between_triangles_that_share_an_edge(turned: bool, shapes: Any) -> None:
+    """Rays from within a closed mesh to points on its edges and vertices, as exactly as float32 aims."""
+    ball = placed(shapes.instance(shapes.sphere(segments=64), shapes.matrix(scale=1.3, turned=turned)), ORIGIN)
+    rng = np.random.default_rng(6)
+    corners = ball.vertices[ball.triangles[rng.integers(0, len(ball.triangles), 200_000)]]
+    along = np.where(rng.random((200_000, 1)) < 0.2, 0.0, rng.random((200_000, 1)))
+    aims = corners[:, 0] + along * (corners[:, 1] - corners[:, 0])
+    origins = rng.uniform(-0.5, 0.5, (200_000, 3)).astype(np.float32)
+    assert not built(ball).visible(origins, (aims - origins).astype(np.float32)).any()
+
+
 def test_an_empty_scene_is_open(stage: Stage) -> None:
     sums = trace(built(), stage.surface, stage.owner, LOBES, Rays(4))
     assert np.all(sums.all[:, stage.owner >= 0] == 4)

@@ -148,9 +148,7 @@ static void test_feet_lie_one_in_each_cell() {
 
 static void test_places_stay_on_the_triangle() {
   Group group = random_group(4);
-  group.corner = {};
-  group.edge1 = {};
-  group.edge2 = {};
+  group.corner = group.edge1 = group.edge2 = ob::Lanes3{};
   group.edge1.x += 1.0F; // positions are the barycentric weights
   group.edge2.y += 1.0F;
   const Frames frames = frames_of(ob::kBaselinePackets, group, viewer(false, false));
