@@ -10,6 +10,7 @@ from typing import Any, NoReturn
 from ..core.bake import Settings
 from ..core.errors import InputError
 from ..core.estimators import AO, Estimator, reflection, sampled
+from ..core.images import check_format
 
 COMPARED_SAMPLES = 64
 
@@ -38,7 +39,13 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     add("--sampler", choices=samplers, default="importance", help="naive ones are for comparison (importance)")
     add("--uv", metavar="NAME|charts", help="the UV map; charts: make one (the active map, charts where there is none)")
     add("--coverage", type=Path, metavar="FILE", help="write the texels' coverage, too")
-    add("--output", type=Path, default=Path("occlusion_bake"), metavar="FOLDER", help="for the images (occlusion_bake)")
+    add(
+        "--output",
+        type=Path,
+        default=Path("occlusion_bake"),
+        metavar="FOLDER",
+        help="for the images; // is the scene's (occlusion_bake)",
+    )
     add("--format", choices=("png", "exr", "tiff"), default="png", help="of the images (png)")
     add("--depth", type=int, choices=(8, 16, 32), default=16, help="bits a channel (16)")
     add("--margin", type=int, default=16, metavar="PX", help="texels to carry chart borders outward (16)")
@@ -51,11 +58,12 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
 
 
 def settings_of(options: Any) -> Settings:
-    """The bake's settings, out of the parsed options. Raises InputError."""
+    """The bake's settings, out of the parsed options. Raises InputError for all that is wrong without a scene."""
     if options.compare_cycles is not None and options.compare_cycles < 1:
         raise InputError(f"--compare-cycles {options.compare_cycles}: give 1 sample or more")
     if options.compare_cycles is not None and "ao" not in options.maps:
         raise InputError("--compare-cycles compares AO; add ao to --maps")
+    check_format(options.format, options.depth)
     width, height = options.size
     return Settings(
         estimators=tuple(_estimators(options.maps, options.ro_exponent, options.ro_direction, options.sampler)),

@@ -5,20 +5,22 @@ from __future__ import annotations
 import json
 import subprocess
 import tempfile
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import bpy
 
 from ..core.bake import Baked, Settings
-from ..core.errors import Cancelled, InputError
+from ..core.errors import InputError
 from ..core.estimators import AO
 from ..core.progress import Progress
 from ..core.report import object_entry
 from ..core.scene import Instance
 from .comparison import compare_with_cycles
-from .job import Options, Outcome, bake_steps, chart_steps
+from .job import Options, Outcome, bake_steps
 from .runner import Steps
 
 Finish = Callable[[bpy.types.Context, dict[str, Any]], None]
@@ -44,11 +46,10 @@ def compare_in_child(
     context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
 ) -> Steps:
     """A copy of the file goes to a Blender without a window, which runs the command; this one only waits."""
-    yield from chart_steps(context, options, progress, Outcome())
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
         copy, report = Path(folder, "scene.blend"), Path(folder, "report.json")
+        progress.enter(f"{options.objects[0]}: comparing")
         bpy.ops.wm.save_as_mainfile(filepath=str(copy), copy=True, check_existing=False)
-        progress.enter(f"{options.objects[0]}: baking here and with Cycles, {samples} samples")
         words = _arguments(options, samples, Path(folder), report)
         extension = __package__.rpartition(".")[0]
         command = [bpy.app.binary_path, "-b", str(copy), "--addons", extension, "-c", "occlusion_bake", *words]
@@ -74,15 +75,17 @@ def _arguments(options: Options, samples: int, folder: Path, report: Path) -> li
 def _wait_for(command: list[str], log: Path, progress: Progress) -> None:
     """Run the child to its end. Raises Cancelled, after stopping it, and InputError with its last line if it fails."""
     with log.open("w+", encoding="utf-8", errors="replace") as output:
-        child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
+        hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
+        child = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, creationflags=hidden
+        )
+        start, stage = time.monotonic(), progress.stage
         try:
             while child.poll() is None:
-                if progress.control.cancel:
-                    raise Cancelled
-                try:
+                progress.raise_if_cancelled()
+                progress.stage = f"{stage}, {time.monotonic() - start:.0f} s"
+                with suppress(subprocess.TimeoutExpired):
                     child.wait(0.05)
-                except subprocess.TimeoutExpired:
-                    continue
         finally:
             if child.poll() is None:
                 child.kill()

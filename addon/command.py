@@ -5,30 +5,31 @@ Exit status 0; 1 for a fault of ours; 2 for bad arguments or input, with one lin
 
 from __future__ import annotations
 
+import io
 import sys
 import time
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import bpy
 
-from ..core.bake import Baked
+from ..core.bake import Baked, Settings
 from ..core.errors import Cancelled, InputError
-from ..core.images import check_writable
 from ..core.progress import Progress
 from ..core.report import Json, object_entry, whole_report, write_report
 from ..core.scene import Instance
 from .arguments import parser, settings_of
 from .comparison import compare_with_cycles
-from .files import Folder, write_coverage
+from .files import Folder, check_file, check_image, whole_path, write_coverage
 from .job import Options, Outcome, bake_steps, meshes_in_render
 from .load import load
 from .runner import run
 
 NAME = "occlusion_bake"
+_CLEAR = "\r\x1b[K"
 
 
 def main(argv: Sequence[str]) -> int:
@@ -41,19 +42,22 @@ def blender_command(argv: Sequence[str]) -> int:
     return _guarded(partial(_bake_loaded, argv))
 
 
-def _guarded(body: Any) -> int:
+def _guarded(body: Callable[[], None]) -> int:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal may lack letters of an object's name
+            stream.reconfigure(errors="backslashreplace")
     try:
         body()
     except InputError as error:
-        print(f"{NAME}: {error}", file=sys.stderr)
+        _say(f"{NAME}: {error}", sys.stderr)
         return 2
-    except Cancelled:
-        print(f"{NAME}: cancelled", file=sys.stderr)
+    except (Cancelled, KeyboardInterrupt):  # the latter before the bake has begun
+        _say(f"{NAME}: cancelled", sys.stderr)
         return 3
     except SystemExit as request:  # --help
         return int(request.code or 0)
     except MemoryError as error:
-        print(f"{NAME}: {error or 'not enough memory'}; bake fewer objects or a smaller image", file=sys.stderr)
+        _say(f"{NAME}: {error or 'not enough memory'}; bake fewer objects or a smaller image", sys.stderr)
         return 1
     except Exception:
         traceback.print_exc()
@@ -75,29 +79,53 @@ def _bake_loaded(argv: Sequence[str]) -> None:
 def _bake(options: Any) -> None:
     context = bpy.context
     settings = settings_of(options)
+    _place_files(options)
     folder = Folder(options.output, options.format, options.depth)
-    for path in filter(None, (options.report, options.coverage)):
-        check_writable(path.resolve().parent)
-    names = tuple(options.objects or meshes_in_render(context.view_layer))
-    if not names:
-        raise InputError("no mesh in the scene renders; add one, or enable it in renders")
+    names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
     progress = Progress(len(names))
     outcome = Outcome()
     writer = _Writer(context, options, settings, folder, outcome, several=len(names) > 1)
     steps = bake_steps(context, Options(names, settings, options.uv), progress, outcome, writer.deliver)
-    run(steps, progress, _Line().show)
-    _save_charts(outcome, folder, options)
-    for line in (*outcome.notes, *outcome.refused):
-        print(f"{NAME}: {line}")
+    try:
+        run(steps, progress, _Line().show)
+        progress.raise_if_cancelled()  # while Cycles held the main thread
+    finally:
+        _save_charts(outcome, folder, options)
+        for line in (*outcome.notes, *(outcome.refused if len(names) > 1 else ())):
+            _say(f"{NAME}: {line}")
     if options.report:
-        assert outcome.baker is not None
-        seconds = {**outcome.seconds, "total": outcome.seconds["total"] - writer.cycles_seconds}
-        report = whole_report(settings, outcome.baker.device, seconds, writer.entries)
-        report["notes"] = outcome.notes
-        report["refused"] = outcome.refused
-        write_report(options.report.resolve(), report)
+        _report(options.report, settings, outcome, writer)
     if outcome.refused:
-        raise InputError(f"{len(outcome.refused)} of {len(names)} objects were not baked; the lines above say why")
+        raise InputError(outcome.complaint(len(names)))
+    if writer.uncompared:
+        raise InputError(f"{len(writer.uncompared)} of {len(names)} objects not compared; {writer.uncompared[0]}")
+
+
+def _place_files(options: Any) -> None:
+    """Make the options' paths whole, and refuse before the bake what could not be written after it."""
+    scene_file = bpy.data.filepath or getattr(options, "file", "")
+    options.output = whole_path(options.output, scene_file)
+    if options.report:
+        options.report = whole_path(options.report, scene_file)
+        check_file(options.report)
+    if options.coverage:
+        options.coverage = whole_path(options.coverage, scene_file)
+        check_image(options.coverage)
+
+
+def _all_meshes(view_layer: Any) -> list[str]:
+    """What renders; where nothing does, whatever mesh there is, for the bake to say why it cannot be baked."""
+    names = meshes_in_render(view_layer) or [obj.name for obj in view_layer.objects if obj.type == "MESH"]
+    if not names:
+        raise InputError(f"the view layer {view_layer.name} holds no mesh; add one, or include its collection")
+    return names
+
+
+def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -> None:
+    assert outcome.baker is not None  # something has been baked
+    seconds = {**outcome.seconds, "total": outcome.seconds["total"] - writer.cycles_seconds}
+    report = whole_report(settings, outcome.baker.device, seconds, writer.entries)
+    write_report(path, {**report, "notes": outcome.notes, "refused": outcome.refused})
 
 
 class _Writer:
@@ -108,6 +136,7 @@ class _Writer:
     ) -> None:
         self.entries: list[Json] = []
         self.cycles_seconds = 0.0
+        self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
         self._context, self._options, self._settings = context, options, settings
         self._folder, self._outcome, self._several = folder, outcome, several
 
@@ -115,29 +144,35 @@ class _Writer:
         start = time.perf_counter()
         stem = self._folder.stem(baked.name)
         files = self._folder.write(baked, self._settings, stem)
-        baked.seconds["write"] = time.perf_counter() - start
         if self._options.coverage:
             files["coverage"] = write_coverage(self._options.coverage, baked, stem, several=self._several)
+        baked.seconds["write"] = time.perf_counter() - start
         entry = object_entry(baked, files)
+        self.entries.append(entry)
         for line in baked.warnings:
-            print(f"{NAME}: {line}")
-        print(_summary(entry), flush=True)
+            _say(f"{NAME}: {line}")
+        _say(_summary(entry))
         if self._options.compare_cycles:
             self._compare(target, baked, stem, entry)
-        self.entries.append(entry)
 
     def _compare(self, target: Instance, baked: Baked, stem: str, entry: Json) -> None:
         start = time.perf_counter()
         samples, picture = self._options.compare_cycles, self._folder.path / f"{stem}_ao_compared.png"
-        print(f"{baked.name}: baking with Cycles, {samples} samples …", flush=True)
-        cycles = compare_with_cycles(self._context, target, baked, self._settings, samples, self._options.uv, picture)
+        _say(f"{baked.name}: baking with Cycles, {samples} samples …")
+        try:
+            cycles = compare_with_cycles(
+                self._context, target, baked, self._settings, samples, self._options.uv, picture
+            )
+        except InputError as refusal:  # the others go on
+            self.uncompared.append(str(refusal))
+            return
+        finally:
+            self.cycles_seconds += time.perf_counter() - start
         entry["cycles"] = cycles
-        self.cycles_seconds += time.perf_counter() - start
         ratio = cycles["seconds"] / entry["seconds"]["total"]
-        print(
+        _say(
             f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {ratio:.1f} times as long; "
-            f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}; {picture}",
-            flush=True,
+            f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}; {picture}"
         )
 
 
@@ -153,12 +188,22 @@ def _summary(entry: Json) -> str:
 
 def _save_charts(outcome: Outcome, folder: Folder, options: Any) -> None:
     """Textures on charts are of no use without them: a copy of the scene with its new UV maps goes beside them."""
-    if not outcome.charted:
+    if not (outcome.charted and outcome.finished):
         return
     source = Path(getattr(options, "file", None) or bpy.data.filepath or "scene")
     path = folder.path / f"{folder.stem(source.stem + '_charts')}.blend"
-    bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+    try:
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+    except RuntimeError as error:
+        cause = str(error).strip().splitlines()[0].removeprefix("Error: ")
+        raise InputError(f"{path}: the scene with the new UV maps cannot be saved ({cause}); check the disk") from error
     outcome.notes.append(f"a copy of the scene with the new UV maps is {path}")
+
+
+def _say(line: str, stream: TextIO | None = None) -> None:
+    """Print a line, in the place of the progress on a terminal."""
+    stream = stream or sys.stdout
+    print(f"{_CLEAR if stream.isatty() else ''}{line}", file=stream, flush=True)
 
 
 class _Line:
@@ -173,7 +218,7 @@ class _Line:
             now = time.monotonic()
             if now >= self._due:
                 self._due = now + 0.1
-                print(f"\r\x1b[K{100.0 * progress.fraction:5.1f} %  {progress.stage}", end="\r", flush=True)
+                print(f"{_CLEAR}{100.0 * progress.fraction:5.1f} %  {progress.stage}", end="\r", flush=True)
         elif progress.stage != self._stage:
             self._stage = progress.stage
             print(f"{100.0 * progress.fraction:5.1f} %  {progress.stage}", flush=True)

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.bake import Baked, Settings
 from ..core.compare import compare, picture
+from ..core.errors import InputError
 from ..core.images import write_image
 from ..core.report import Json, comparison_entry
 from ..core.scene import Instance
@@ -30,7 +31,7 @@ def compare_with_cycles(
     """Bake the target's AO with Cycles, write the picture (ours, Cycles', difference), return the report's entry.
 
     Texels count that both cover. Those that Cycles gives to another triangle (its rule is the texel's centre, ours the
-    largest coverage) are counted apart and named. Raises InputError where Cycles refuses.
+    largest coverage) are counted apart and named. Raises InputError where Cycles refuses, and where both cover no texel.
     """
     size, threads = (settings.width, settings.height), settings.threads or os.cpu_count() or 1
     layer = CHART_MAP if uv == CHARTS else uv
@@ -39,6 +40,8 @@ def compare_with_cycles(
     assert target.mesh.uv is not None  # it has been baked
     owner = rasterize(target.name, target.mesh.uv, *size, threads=settings.threads).owner
     mask = ours.covered & cycles.coverage
+    if not mask.any():
+        raise InputError(f"{target.name}: no texel is covered here and in Cycles; compare with a larger image")
     other = int(np.count_nonzero(mask & (owners_by_centre(target.mesh.uv, *size, threads=settings.threads) != owner)))
     names = (f"Occlusion Bake, {settings.rays} rays", f"Cycles, {samples} samples")
     write_image(path, picture(ours.values, cycles.values, mask, names), depth=8)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from ..core.bake import Baked, Settings
+from ..core.errors import InputError
 from ..core.images import check_format, check_writable, suffix, write_image
 from ..core.report import image_metadata
+
+_IMAGES = (".png", ".exr", ".tif", ".tiff")
+_LONGEST_STEM = 180  # bytes; file systems take 255 for the whole name
 
 
 @dataclass
@@ -30,12 +35,13 @@ class Folder:
 
     def stem(self, name: str) -> str:
         """A file name for an object: what file systems refuse becomes _, a name that is taken gets a number."""
-        clean = re.sub(r'[\x00-\x1f<>:"/\\|?*]', "_", name).strip(" .") or "object"
+        safe = re.sub(r'[\x00-\x1f\x7f<>:"/\\|?*]', "_", name)
+        clean = safe.encode()[:_LONGEST_STEM].decode(errors="ignore").strip(" .") or "object"
         stem, number = clean, 1
-        while stem.casefold() in self._taken:
+        while _same_file(stem) in self._taken:
             number += 1
             stem = f"{clean}_{number}"
-        self._taken.add(stem.casefold())
+        self._taken.add(_same_file(stem))
         return stem
 
     def write(self, baked: Baked, settings: Settings, stem: str) -> dict[str, Path]:
@@ -53,9 +59,46 @@ class Folder:
         return files
 
 
+def _same_file(stem: str) -> str:
+    """Equal for names that some file system takes for one: it may overlook case and how accents are put together."""
+    return unicodedata.normalize("NFC", stem.casefold())
+
+
+def whole_path(path: Path, scene_file: str | Path) -> Path:
+    """The absolute path; `//` at its beginning is the folder of the scene's file, as everywhere in Blender.
+
+    scene_file: empty where the scene was never saved; then `//` raises InputError.
+    """
+    text = path.as_posix()
+    if not text.startswith("//"):
+        return path.resolve()
+    if not str(scene_file):
+        raise InputError(
+            f"{text}: // is the folder of the .blend file, which is not saved; save it or give a full path"
+        )
+    return Path(scene_file).resolve().parent.joinpath(text.lstrip("/")).resolve()
+
+
+def check_file(path: Path) -> None:
+    """Refuse, before a bake, a file that could not be written after it. Raises InputError."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; give the name of a file")
+    check_writable(path.parent)
+
+
+def check_image(path: Path) -> None:
+    """`check_file` for an image, whose name tells its format."""
+    if path.suffix.lower() not in _IMAGES:
+        raise InputError(f"{path}: images are written as {', '.join(_IMAGES)}; end the name in one of these")
+    check_file(path)
+
+
 def write_coverage(path: Path, baked: Baked, stem: str, *, several: bool) -> Path:
-    """Write the share of each texel that any map covers; with several objects the name gets the object's."""
+    """Write the share of each texel that any map covers; with several objects the name gets the object's.
+
+    path: absolute. Returns where it is. Raises InputError, the old file untouched.
+    """
     target = path.with_name(f"{path.stem}_{stem}{path.suffix}") if several else path
     coverage = np.maximum.reduce([each.coverage for each in baked.maps.values()])
     write_image(target, coverage, depth=16, metadata={"object": baked.name, "map": "coverage"})
-    return target.resolve()
+    return target

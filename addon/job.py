@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -42,11 +42,16 @@ class Outcome:
     baker: Baker | None = None
     finished: list[str] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)  # a line for each object that could not be baked
-    notes: list[str] = field(
-        default_factory=list
-    )  # lines on charts made and on what Cycles would trace and this cannot
+    notes: list[str] = field(default_factory=list)  # lines on charts made, and on what Cycles would trace
     charted: list[str] = field(default_factory=list)  # objects whose mesh was given a chart map
     seconds: dict[str, float] = field(default_factory=dict)
+
+    def complaint(self, objects: int) -> str:
+        """The line to end with where some of so many objects were refused."""
+        if objects == 1:
+            return self.refused[0]
+        missing = objects - len(self.finished)
+        return f"{missing} of {objects} objects could not be baked; {self.refused[0]}"
 
 
 Deliver = Callable[[Instance, Baked], None]
@@ -61,11 +66,10 @@ def bake_steps(
     Cancelled, and InputError for what concerns them all.
     """
     start = time.perf_counter()
-    yield from chart_steps(context, options, progress, outcome)
+    names = yield from chart_steps(context, options, progress, outcome)
     progress.enter("reading the scene")
     with _timed(outcome, "extract"):
-        chosen = CHART_MAP if options.uv == CHARTS else options.uv
-        scene = extract(context, context.view_layer, options.objects, chosen, warn=outcome.notes.append)
+        scene = _read(context, names, CHART_MAP if options.uv == CHARTS else options.uv, outcome)
     outcome.scene = scene
     outcome.baker = Baker(scene, options.settings, progress)
     for target in scene.targets:
@@ -79,7 +83,27 @@ def bake_steps(
         outcome.finished.append(target.name)
     outcome.seconds["total"] = time.perf_counter() - start
     if not outcome.finished:
-        raise InputError(outcome.refused[0])
+        raise InputError(outcome.complaint(len(options.objects)))
+
+
+def _read(context: bpy.types.Context, names: Sequence[str], uv: str | None, outcome: Outcome) -> Scene:
+    """The scene with all targets; where some cannot be read, those are refused. Raises InputError if all are."""
+    try:
+        return extract(context, context.view_layer, names, uv, warn=outcome.notes.append)
+    except InputError:
+        if len(names) == 1:
+            raise
+    readable = []
+    for name in names:
+        try:
+            extract(context, context.view_layer, (name,), uv)
+        except InputError as refusal:
+            outcome.refused.append(str(refusal))
+        else:
+            readable.append(name)
+    if not readable:
+        raise InputError(outcome.complaint(len(names)))
+    return extract(context, context.view_layer, readable, uv, warn=outcome.notes.append)
 
 
 def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:
@@ -89,36 +113,58 @@ def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:
         baked.seconds["extract"] = outcome.seconds.pop("extract", 0.0)
 
 
-def chart_steps(context: bpy.types.Context, options: Options, progress: Progress, outcome: Outcome) -> Steps:
-    """Give chart UVs, in a map of their own, to the meshes that need them."""
-    size = (options.settings.width, options.settings.height)
-    for obj in _without_charts(context, options):
-        progress.enter(f"{obj.name}: making UV charts")
-        with _timed(outcome, f"charts of {obj.name}"):
-            base = base_triangles(context, obj)
-            mark = _fingerprint(base, size)
-            if obj.data.get(_FINGERPRINT) == mark and CHART_MAP in obj.data.uv_layers:
-                continue
-            _refuse_linked(obj)
-            charts = yield lambda obj=obj, base=base: unwrap_apart(  # type: ignore[misc]
-                *(obj.name, base.vertices, base.triangles, base.polygons),
-                size=size,
-                padding=_PADDING,
-                cancelled=lambda: bool(progress.control.cancel),
-            )
-            write_uv(context, obj, CHART_MAP, charts.uv, base.loops)
-            obj.data[_FINGERPRINT] = mark
-        outcome.charted.append(obj.name)
-        outcome.notes.append(
-            f"{obj.name}: {charts.count} charts in the UV map {CHART_MAP}, stretch {charts.stretch.l2:.3f}, "
-            f"{100.0 * charts.utilisation:.0f} % of the image used"
-        )
+def chart_steps(
+    context: bpy.types.Context, options: Options, progress: Progress, outcome: Outcome
+) -> Generator[Callable[[], Any], Any, list[str]]:
+    """Give chart UVs, in a map of their own, to the meshes that need them; for a `Runner`.
+
+    Returns the names of the objects to go on with: one whose mesh cannot have charts is refused with a line. Raises
+    Cancelled, and InputError where none is left.
+    """
+    names = list(options.objects)
+    for first, *others in _without_charts(context, options):
+        progress.enter(f"{first}: making UV charts")
+        try:
+            with _timed(outcome, f"charts of {first}"):
+                yield from _chart(context, first, (options.settings.width, options.settings.height), progress, outcome)
+        except InputError as refusal:
+            outcome.refused.append(str(refusal))
+            names = [name for name in names if name not in (first, *others)]
+    if not names:
+        raise InputError(outcome.complaint(len(options.objects)))
+    return names
 
 
-def _without_charts(context: bpy.types.Context, options: Options) -> list[bpy.types.Object]:
-    """The objects to chart, one for each mesh."""
+def _chart(context: bpy.types.Context, name: str, size: tuple[int, int], progress: Progress, outcome: Outcome) -> Steps:
+    """Charts for the mesh of one object, unless those made before still fit."""
+    obj = synced(context.view_layer)[name]
+    base = base_triangles(context, obj)
+    mark = _fingerprint(base, size)
+    if obj.data.get(_FINGERPRINT) == mark and CHART_MAP in obj.data.uv_layers:
+        return
+    _refuse_linked(obj)
+    charts = yield lambda: unwrap_apart(
+        *(name, base.vertices, base.triangles, base.polygons),
+        size=size,
+        padding=_PADDING,
+        cancelled=lambda: bool(progress.control.cancel),
+    )
+    obj = synced(context.view_layer).get(name)  # the artist, or an undo, may have been at it
+    if obj is None or _fingerprint(base_triangles(context, obj), size) != mark:
+        raise InputError(f"{name}: it was changed while its charts were made; start again")
+    write_uv(context, obj, CHART_MAP, charts.uv, base.loops)
+    obj.data[_FINGERPRINT] = mark
+    outcome.charted.append(name)
+    outcome.notes.append(
+        f"{name}: {charts.count} charts in the UV map {CHART_MAP}, stretch {charts.stretch.l2:.3f}, "
+        f"{100.0 * charts.utilisation:.0f} % of the image used"
+    )
+
+
+def _without_charts(context: bpy.types.Context, options: Options) -> list[list[str]]:
+    """Names of the objects to chart; those that share a mesh together."""
     objects = synced(context.view_layer)
-    found: dict[int, bpy.types.Object] = {}
+    found: dict[int, list[str]] = {}
     for name in options.objects:
         obj = objects.get(name)
         if obj is None or obj.type != "MESH" or len(obj.data.polygons) == 0:
@@ -126,7 +172,7 @@ def _without_charts(context: bpy.types.Context, options: Options) -> list[bpy.ty
         layers = obj.data.uv_layers
         own = layers.active is not None and layers.active.name == CHART_MAP
         if options.uv == CHARTS or (options.uv is None and (len(layers) == 0 or own)):
-            found.setdefault(obj.data.as_pointer(), obj)
+            found.setdefault(obj.data.as_pointer(), []).append(name)
     return list(found.values())
 
 
@@ -155,14 +201,21 @@ def _timed(outcome: Outcome, stage: str) -> Iterator[None]:
 
 
 def meshes_in_render(view_layer: bpy.types.ViewLayer) -> list[str]:
-    """Names of the view layer's mesh objects with faces that render, in the Outliner's order."""
+    """Names of the view layer's mesh objects that render, in the Outliner's order; those without faces are left out."""
     shown = set(_shown_collections(view_layer.layer_collection))
-    names = []
-    for obj in synced(view_layer):
-        visible = not obj.hide_render and any(collection.name_full in shown for collection in obj.users_collection)
-        if obj.type == "MESH" and visible and len(obj.data.polygons):
-            names.append(obj.name)
-    return names
+    return [
+        obj.name
+        for obj in synced(view_layer)
+        if obj.type == "MESH"
+        and _renders_itself(obj)
+        and any(collection.name_full in shown for collection in obj.users_collection)
+        and (len(obj.data.polygons) or len(obj.modifiers))  # modifiers may make the faces
+    ]
+
+
+def _renders_itself(obj: bpy.types.Object) -> bool:
+    instances = obj.is_instancer or len(obj.particle_systems) > 0
+    return not obj.hide_render and (obj.show_instancer_for_render or not instances)
 
 
 def _shown_collections(layer: Any) -> Iterator[str]:

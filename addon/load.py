@@ -36,7 +36,10 @@ def load(path: Path) -> None:
             bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
             _IMPORTERS[kind](absolute)
     except (RuntimeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read as {kind} ({_first_line(error)}); export it again") from error
+        cause = _first_line(error)
+        raise InputError(
+            f"{path}: cannot be read as {kind} ({cause}); see that it is whole, or save it anew"
+        ) from error
     if kind != ".blend" and not any(obj.type == "MESH" for obj in bpy.data.objects):
         raise InputError(f"{path}: holds no mesh that can be read as {kind}; check that it is what its name says")
 

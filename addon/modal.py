@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Any, ClassVar
 
 import bpy
@@ -11,12 +12,15 @@ from ..core.progress import Progress
 from .runner import Runner, Steps, run
 
 _TICK = 0.05  # seconds between two looks at the work
+_SHOWN = 0.2  # and between two drawings of how far it is, which can cost more than the look
+
+_FORESEEN = (InputError, Cancelled, MemoryError, RuntimeError, ReferenceError)
 
 
 class LongOperator:
     """Mixed into an operator: `start` gives its steps. `execute` does them at once, `invoke` while the window lives."""
 
-    _active: ClassVar[LongOperator | None] = None
+    _active: ClassVar[Any] = None
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         """The work to do. Raises InputError where it cannot begin."""
@@ -24,7 +28,7 @@ class LongOperator:
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if LongOperator._active is not None:
+        if running() is not None:
             cls.poll_message_set("A bake is running")  # type: ignore[attr-defined]
             return False
         if not any(obj.type == "MESH" for obj in chosen_objects(context)):
@@ -37,8 +41,8 @@ class LongOperator:
         progress = Progress()
         try:
             run(self.start(context, progress), progress)
-        except (InputError, Cancelled, MemoryError, RuntimeError) as error:
-            return self._failed(context, error)
+        except _FORESEEN as error:
+            return self._failed(error)
         return {"FINISHED"}
 
     def invoke(self: Any, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -46,14 +50,12 @@ class LongOperator:
         if bpy.app.background:
             return self.execute(context)
         self._progress = Progress()
-        try:
-            self._runner = Runner(self.start(context, self._progress), self._progress)
-        except InputError as error:
-            return self._failed(context, error)
-        LongOperator._active = self
+        self._runner = Runner(self.start(context, self._progress), self._progress)
+        self._due, self._said = 0.0, ""
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
-        context.window_manager.occlusion_bake.running = True
+        LongOperator._active = self
+        self._show(context)
         return {"RUNNING_MODAL"}
 
     def modal(self: Any, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -65,9 +67,9 @@ class LongOperator:
             return {"PASS_THROUGH"}
         try:
             finished = self._runner.poll()
-        except (InputError, Cancelled, MemoryError, RuntimeError) as error:
+        except _FORESEEN as error:
             self._end(context)
-            return self._failed(context, error)
+            return self._failed(error)
         except BaseException:
             self._end(context)
             raise
@@ -82,11 +84,13 @@ class LongOperator:
         self._end(context)
 
     def _show(self: Any, context: bpy.types.Context) -> None:
-        shown = context.window_manager.occlusion_bake
-        shown.fraction, shown.stage = self._progress.fraction, self._progress.stage
-        percent = 100.0 * self._progress.fraction
-        context.workspace.status_text_set(f"Occlusion Bake  {percent:.0f} %  {self._progress.stage}   Esc: cancel")
-        redraw(context)
+        now, text = time.monotonic(), progress_text(self._progress)
+        if text == self._said or now < self._due:
+            return
+        self._said, self._due = text, now + _SHOWN
+        if context.workspace is not None:
+            context.workspace.status_text_set(f"Occlusion Bake   {text}   Esc: Cancel")
+        _redraw(context, "VIEW_3D", region_type="UI")
 
     def _end(self: Any, context: bpy.types.Context) -> None:
         if LongOperator._active is not self:
@@ -94,17 +98,28 @@ class LongOperator:
         LongOperator._active = None
         self._runner.close()
         context.window_manager.event_timer_remove(self._timer)
-        context.window_manager.occlusion_bake.running = False
-        if context.workspace is not None:
-            context.workspace.status_text_set(None)
-        redraw(context)
+        for workspace in bpy.data.workspaces:  # the artist may have gone to another in the meantime
+            workspace.status_text_set(None)
+        _redraw(context, "VIEW_3D", "IMAGE_EDITOR", "PROPERTIES")
 
-    def _failed(self: Any, context: bpy.types.Context, error: BaseException) -> set[str]:
+    def _failed(self: Any, error: BaseException) -> set[str]:
         if isinstance(error, Cancelled):
             self.report({"INFO"}, "Cancelled; nothing was changed")
+        elif isinstance(error, ReferenceError):
+            self.report({"ERROR"}, "What was being baked was removed, perhaps by an undo; bake again")
         else:
             self.report({"ERROR"}, str(error) or "not enough memory; bake a smaller image")
         return {"CANCELLED"}
+
+
+def running() -> Progress | None:
+    """How far the running operator is, None where none runs."""
+    return LongOperator._active._progress if LongOperator._active is not None else None
+
+
+def progress_text(progress: Progress) -> str:
+    """One line for the artist, as "Suzanne: tracing, 42 %"."""
+    return f"{progress.stage}, {100.0 * progress.fraction:.0f} %" if progress.fraction > 0.0 else progress.stage
 
 
 def stop_all() -> None:
@@ -120,9 +135,10 @@ def chosen_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
     return selected or ([active] if active is not None else [])
 
 
-def redraw(context: bpy.types.Context) -> None:
-    """Let the panels show what is new."""
+def _redraw(context: bpy.types.Context, *area_types: str, region_type: str | None = None) -> None:
+    """Let areas show what is new, or of each only the regions of one type."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
-            if area.type in {"VIEW_3D", "IMAGE_EDITOR", "PROPERTIES"}:
-                area.tag_redraw()
+            for region in area.regions if area.type in area_types else ():
+                if region_type in (None, region.type):
+                    region.tag_redraw()

@@ -1,21 +1,23 @@
-"""What the buttons do: bake, unwrap, compare with Cycles."""
+"""What the buttons do: bake, unwrap, compare with Cycles, cancel."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import bpy
 
 from ..core.bake import Baked
-from ..core.errors import InputError
+from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
 from ..core.report import object_entry
 from ..core.scene import Instance
 from .beside import compare_here, compare_in_child
+from .chart_map import charts_on_trial
 from .images import hook_up, show_picture, store
 from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
-from .modal import LongOperator, chosen_objects
+from .modal import LongOperator, chosen_objects, running
 from .runner import Steps
 from .settings import core_settings
 
@@ -39,23 +41,47 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         options, outcome = options_of(context), Outcome()
         show(context, [])
-        yield from bake_steps(context, options, progress, outcome, self._deliverer(context, options))
-        add_lines(context, outcome.notes)
-        for line in (*outcome.notes, *outcome.refused):
-            self.report({"WARNING"} if line in outcome.refused else {"INFO"}, line)
-        self.report({"INFO"}, f"Baked {len(outcome.finished)} object(s) in {outcome.seconds['total']:.2f} s")
+        deliver = self._deliverer(context, options, outcome)
+        with charts_on_trial(context.view_layer, options.objects, outcome.finished):
+            try:
+                yield from bake_steps(context, options, progress, outcome, deliver)
+            except Cancelled:
+                if not outcome.finished:
+                    raise
+        self._conclude(context, options, outcome)
 
-    def _deliverer(self: Any, context: bpy.types.Context, options: Options) -> Callable[[Instance, Baked], None]:
+    def _deliverer(
+        self: Any, context: bpy.types.Context, options: Options, outcome: Outcome
+    ) -> Callable[[Instance, Baked], None]:
+        """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
+        chosen = {name: context.view_layer.objects[name].session_uid for name in options.objects}
+        in_material = context.scene.occlusion_bake.use_material
+
         def deliver(target: Instance, baked: Baked) -> None:
+            obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
+            if obj is None:
+                raise InputError(f"{target.name}: removed during the bake; its image was left as it was")
+            if target.name in outcome.charted and CHART_MAP not in obj.data.uv_layers:
+                raise InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
             images = store(baked)
-            obj = bpy.data.objects.get(target.name)
-            if obj is not None and context.scene.occlusion_bake.use_material and "ao" in images:
+            if in_material and "ao" in images:
                 hook_up(obj, images["ao"], CHART_MAP if options.uv == CHARTS else None)
             for line in baked.warnings:
                 self.report({"WARNING"}, line)
             add_lines(context, [*result_lines(baked), *baked.warnings])
 
         return deliver
+
+    def _conclude(self: Any, context: bpy.types.Context, options: Options, outcome: Outcome) -> None:
+        add_lines(context, [*outcome.notes, *outcome.refused])
+        for line in outcome.notes:
+            self.report({"INFO"}, line)
+        for line in outcome.refused:
+            self.report({"WARNING"}, line)
+        baked, wanted = len(outcome.finished), len(options.objects)
+        what = f"Baked {_counted(baked)}" if baked == wanted else f"Baked {baked} of {_counted(wanted)}"
+        seconds = outcome.seconds.get("total")
+        self.report({"INFO"}, f"{what} in {seconds:.2f} s" if seconds is not None else f"{what}, then was cancelled")
 
 
 class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
@@ -66,10 +92,11 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        chosen, outcome = options_of(context), Outcome()
+        options, outcome, kept = options_of(context), Outcome(), []
         show(context, [])
-        yield from chart_steps(context, Options(chosen.objects, chosen.settings, CHARTS), progress, outcome)
-        lines = outcome.notes or ["the charts made before still fit"]
+        with charts_on_trial(context.view_layer, options.objects, kept):
+            kept += yield from chart_steps(context, replace(options, uv=CHARTS), progress, outcome)
+        lines = outcome.notes or ["The charts made before still fit"]
         add_lines(context, lines)
         self.report({"INFO"}, lines[-1])
 
@@ -89,7 +116,9 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         # A child Blender bakes beside the window; Blender as a module has no program to start.
         compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
         samples = context.scene.occlusion_bake.cycles_samples
-        yield from compared(context, Options((name,), options.settings, options.uv), samples, progress, self._finish)
+        one = replace(options, objects=(name,))
+        with charts_on_trial(context.view_layer, one.objects, []):
+            yield from compared(context, one, samples, progress, self._finish)
 
     def _finish(self: Any, context: bpy.types.Context, entry: dict[str, Any]) -> None:
         cycles, ours = entry["cycles"], entry["seconds"]["total"]
@@ -105,11 +134,32 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         self.report({"INFO"}, "; ".join(lines[:2]))
 
 
+class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
+    """Stop the bake; images stay as they were"""
+
+    bl_idname = "occlusion_bake.cancel"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return running() is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        progress = running()
+        if progress is not None:
+            progress.cancel()
+        return {"FINISHED"}
+
+
 def result_lines(baked: Baked) -> list[str]:
     """What the panel says of one baked object."""
     entry = object_entry(baked, {})
     errors = ", ".join(f"{name.replace('_', ' ').upper()} {error:.4f}" for name, error in entry["error"].items())
-    return [f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays", f"Error: {errors}"]
+    return [
+        f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays",
+        f"Estimated error: {errors}",
+    ]
 
 
 def show(context: bpy.types.Context, lines: list[str]) -> None:
@@ -123,4 +173,8 @@ def add_lines(context: bpy.types.Context, lines: list[str]) -> None:
     shown.lines = "\n".join([*filter(None, shown.lines.split("\n")), *lines])
 
 
-CLASSES = (OCCLUSION_BAKE_OT_bake, OCCLUSION_BAKE_OT_unwrap, OCCLUSION_BAKE_OT_compare)
+def _counted(objects: int) -> str:
+    return "1 object" if objects == 1 else f"{objects} objects"
+
+
+CLASSES = (OCCLUSION_BAKE_OT_bake, OCCLUSION_BAKE_OT_unwrap, OCCLUSION_BAKE_OT_compare, OCCLUSION_BAKE_OT_cancel)

@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+from textwrap import wrap
+
 import bpy
 
-from .operators import OCCLUSION_BAKE_OT_bake, OCCLUSION_BAKE_OT_compare, OCCLUSION_BAKE_OT_unwrap
+from .modal import progress_text, running
+from .operators import (
+    OCCLUSION_BAKE_OT_bake,
+    OCCLUSION_BAKE_OT_cancel,
+    OCCLUSION_BAKE_OT_compare,
+    OCCLUSION_BAKE_OT_unwrap,
+)
+
+# At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
+_FRAME, _LETTER = 64.0, 5.7
 
 
 class _Sidebar:
@@ -32,19 +43,33 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         layout.prop(chosen, "rays")
         layout.prop(chosen, "use_material")
         self._draw_button(context)
+        self._draw_result(context)
 
     def _draw_button(self, context: bpy.types.Context) -> None:
-        shown = context.window_manager.occlusion_bake
-        layout = self.layout
-        if shown.running:
-            layout.progress(factor=shown.fraction, text=shown.stage)
-            layout.label(text="Esc cancels", icon="EVENT_ESC")
-        else:
-            row = layout.row()
-            row.scale_y = 1.6
+        row = self.layout.row(align=True)
+        row.scale_y = 1.6
+        progress = running()
+        if progress is None:
             row.operator(OCCLUSION_BAKE_OT_bake.bl_idname, icon="RENDER_STILL")
-        for line in filter(None, shown.lines.split("\n")):
-            layout.label(text=line)
+        else:
+            row.progress(factor=progress.fraction, text=progress_text(progress))
+            row.operator(OCCLUSION_BAKE_OT_cancel.bl_idname, text="", icon="X")
+
+    def _draw_result(self, context: bpy.types.Context) -> None:
+        lines = context.window_manager.occlusion_bake.lines
+        if not lines:
+            return
+        column = self.layout.box().column(align=True)
+        column.scale_y = 0.8
+        for line in lines.split("\n"):
+            for part in wrap(line, _letters(context), subsequent_indent="  "):
+                column.label(text=part)
+
+
+def _letters(context: bpy.types.Context) -> int:
+    """How many letters of ordinary text a line in a box holds, as the sidebar is wide now."""
+    width = context.region.width / context.preferences.system.ui_scale
+    return max(int((width - _FRAME) / _LETTER), 16)
 
 
 class OCCLUSION_BAKE_PT_reflection(_Sidebar, bpy.types.Panel):

@@ -66,12 +66,9 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
 
 
 class OcclusionBakeResult(bpy.types.PropertyGroup):
-    """What the last bake and comparison came to, for the panel. Not saved with the file."""
+    """What the last bake or comparison came to, for the panel."""
 
     lines: StringProperty(options={"SKIP_SAVE"})  # parted by line breaks
-    stage: StringProperty(options={"SKIP_SAVE"})
-    fraction: FloatProperty(options={"SKIP_SAVE"})
-    running: BoolProperty(options={"SKIP_SAVE"})
 
 
 def core_settings(scene: Any) -> Settings:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
-import tempfile
+import secrets
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -83,15 +84,14 @@ def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str
 
 def write_report(path: Path, report: Json) -> None:
     """Write the report whole: beside its place first, then renamed. Raises InputError naming the path."""
+    text = json.dumps(report, indent=2, allow_nan=False) + "\n"
+    temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as file:
-                json.dump(report, file, indent=2, allow_nan=False)
-            Path(temporary).replace(path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: the report cannot be written ({reason}); choose another place") from error
+    finally:
+        with contextlib.suppress(OSError):  # renamed, or never made
+            temporary.unlink()

@@ -27,7 +27,7 @@ from ..core.report import Json, object_entry, whole_report, write_report
 from ..core.scene import Instance
 from .scenes import SCENES, build
 
-COLUMNS = f"{'scene':10} {'object':12} {'texels':>8} {'seconds':>8} {'±AO':>7} {'±RO 10':>7} {'bias':>9} {'Cycles':>8} {'ratio':>6}"
+COLUMNS = "scene      object         texels  seconds     ±AO  ±RO 10      bias   Cycles  ratio"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -43,9 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     write_report(chosen.output / "report.json", {"scenes": reports})
     print(f"\n{COLUMNS}", *rows, sep="\n")
     print(
-        f"\n±: estimated RMSE at {chosen.rays} rays a texel. bias: mean of our AO minus Cycles'. Cycles: its seconds for "
-        f"{chosen.samples} samples.\nratio: those over our own seconds, button to texture, for the same AO at "
-        f"{chosen.samples} rays.\nTextures and pictures are in {chosen.output}; {time.perf_counter() - start:.0f} s in all."
+        f"\n±: estimated RMSE at {chosen.rays} rays a texel. bias: mean of our AO minus Cycles'.\n"
+        f"Cycles: its seconds for {chosen.samples} samples. ratio: those over our own seconds, button to texture, for the "
+        f"same AO at {chosen.samples} rays.\n"
+        f"Textures and pictures are in {chosen.output}; {time.perf_counter() - start:.0f} s in all."
     )
     return 0
 
@@ -105,7 +106,8 @@ def _row(scene: str, entry: Json) -> str:
     ratio = cycles["seconds"] / entry["seconds_at_equal_samples"]
     return (
         f"{scene:10} {entry['name']:12.12} {entry['texels']:8,} {entry['seconds']['total']:8.2f} "
-        f"{entry['error']['ao']:7.4f} {entry['error']['ro_10']:7.4f} {cycles['bias']:+9.5f} {cycles['seconds']:8.2f} {ratio:6.1f}"
+        f"{entry['error']['ao']:7.4f} {entry['error']['ro_10']:7.4f} {cycles['bias']:+9.5f} {cycles['seconds']:8.2f} "
+        f"{ratio:6.1f}"
     )
 
 

@@ -1,0 +1,63 @@
+"""The chart map of a mesh as it was, to put it back after work that came to nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ..core.scene import Floats
+from .job import _FINGERPRINT as FINGERPRINT
+from .job import CHART_MAP
+
+
+@dataclass(frozen=True, eq=False)
+class _ChartMap:
+    """uv: (loops, 2) float32, None where there was no such map. mark: the fingerprint of what it was made for."""
+
+    uv: Floats | None
+    mark: str | None
+
+
+@contextmanager
+def charts_on_trial(view_layer: bpy.types.ViewLayer, names: tuple[str, ...], kept: list[str]) -> Iterator[None]:
+    """Put back the chart maps of all named objects that are not among the kept in the end; they share no mesh with one.
+
+    kept: filled by the work inside.
+    """
+    before = {name: _read(view_layer.objects[name].data) for name in names}
+    try:
+        yield
+    finally:
+        objects = {name: bpy.data.objects.get(name) for name in names}  # less those that the artist has removed
+        used = {objects[name].data for name in kept if objects.get(name)}
+        for name, obj in objects.items():
+            if obj is not None and obj.data not in used:
+                _restore(obj.data, before[name])
+
+
+def _read(mesh: bpy.types.Mesh) -> _ChartMap:
+    layer = mesh.uv_layers.get(CHART_MAP)
+    if layer is None:
+        return _ChartMap(None, mesh.get(FINGERPRINT))
+    uv = np.empty((len(layer.uv), 2), dtype=np.float32)
+    layer.uv.foreach_get("vector", uv.reshape(-1))
+    return _ChartMap(uv, mesh.get(FINGERPRINT))
+
+
+def _restore(mesh: bpy.types.Mesh, before: _ChartMap) -> None:
+    if mesh.get(FINGERPRINT) == before.mark:
+        return  # no charts were made
+    if before.mark is None:
+        del mesh[FINGERPRINT]
+    else:
+        mesh[FINGERPRINT] = before.mark
+    layer = mesh.uv_layers.get(CHART_MAP)
+    if layer is not None and before.uv is None:
+        mesh.uv_layers.remove(layer)
+    elif layer is not None and len(layer.uv) == len(before.uv):
+        layer.uv.foreach_set("vector", before.uv.reshape(-1))
+    mesh.update()

@@ -1,0 +1,39 @@
+"""One bake of ours as the button does it, for measurements."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+
+from ..addon.files import Folder
+from ..addon.job import Options, Outcome, bake_steps
+from ..addon.runner import run
+from ..core.bake import Baked, Settings
+from ..core.progress import Progress
+from ..core.scene import Instance
+
+
+def bake_here(
+    names: Sequence[str], settings: Settings, output: Path | None = None
+) -> tuple[float, list[tuple[Instance, Baked]], str]:
+    """Bake objects of the open file. Returns seconds from the button to the textures, the results, and the Embree.
+
+    output: a folder for PNG files of 16 bits; None writes nothing.
+    """
+    results: list[tuple[Instance, Baked]] = []
+    folder = Folder(output) if output else None
+
+    def deliver(target: Instance, baked: Baked) -> None:
+        if folder:
+            folder.write(baked, settings, folder.stem(baked.name))
+        results.append((target, baked))
+
+    start = time.perf_counter()
+    progress, outcome = Progress(len(names)), Outcome()
+    run(bake_steps(bpy.context, Options(tuple(names), settings), progress, outcome, deliver), progress)
+    seconds = time.perf_counter() - start
+    assert outcome.baker is not None
+    return seconds, results, outcome.baker.device.description

@@ -1,0 +1,77 @@
+"""How much of the kernel's time is inside Embree: a build that counts processor cycles."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from ..addon.leave import leave
+from ..core.bake import Settings
+from ..core.estimators import AO, reflection
+from ..core.kernel_api import profile
+from ..samples.scenes import SCENES, build
+from .ours import bake_here
+
+ROOT = Path(__file__).resolve().parent.parent
+RAYS = (16, 64, 256)
+
+
+def measure(chosen: argparse.Namespace) -> dict[str, Any]:
+    """Build the counting kernel beside the installed one and bake each scene's first target with it."""
+    folder = ROOT / "build" / "figures" / "profile"
+    package = folder / "occlusion_bake_kernel"
+    package.mkdir(parents=True, exist_ok=True)
+    source = ROOT / "core" / "kernel"
+    (package / "__init__.py").write_bytes((source / "occlusion_bake_kernel" / "__init__.py").read_bytes())
+    build_it = (
+        "import sys, pathlib, toolchain; folder = pathlib.Path(sys.argv[1]); "
+        "toolchain.build_library(folder / toolchain.library_name(), folder / 'objects')"
+    )
+    environment = {**os.environ, "OCCLUSION_KERNEL_PROFILE": "1", "PYTHONPATH": str(source)}
+    subprocess.run(
+        [sys.executable, "-c", build_it, str(package)], env=environment, check=True, stdout=subprocess.DEVNULL
+    )
+    paths = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH", "")]))
+    environment = {**os.environ, "PYTHONPATH": paths}
+    command = [sys.executable, "-m", "occlusion_bake.bench.share"]
+    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
+    result: dict[str, Any] = json.loads(answer.splitlines()[-1])
+    print(result)
+    return result
+
+
+def page(result: dict[str, Any]) -> list[str]:
+    """The section of the page."""
+    head = " | ".join(f"{rays} rays" for rays in RAYS)
+    lines = [
+        "## Share of the kernel's time inside Embree",
+        "",
+        "Processor cycles of all threads, first target of each sample scene, 1024x1024, AO and RO 10; the rest makes "
+        "the tables, the texels' footprints and the rays, and adds up. Goal: 85 %.",
+        "",
+        f"| scene | {head} |",
+        "|---|" + "---|" * len(RAYS),
+    ]
+    return lines + [f"| {name} | {' | '.join(f'{100 * each:.1f} %' for each in row)} |" for name, row in result.items()]
+
+
+def _child() -> None:
+    shares: dict[str, list[float]] = {}
+    for name in SCENES:
+        target = build(name).targets[0]
+        for rays in RAYS:
+            before = profile()
+            bake_here([target], Settings((AO, reflection(10.0)), rays=rays))
+            embree, everything = (after - start for after, start in zip(profile(), before, strict=True))
+            shares.setdefault(name, []).append(embree / everything)
+    print(json.dumps(shares))
+
+
+if __name__ == "__main__":
+    _child()
+    leave(0)

@@ -1,0 +1,97 @@
+"""Seconds from the button to the texture, against Cycles with as many samples, on the same texels and threads."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..addon.cycles import bake_ao
+from ..addon.leave import leave
+from ..core.bake import Settings
+from ..core.embree import OVERRIDE
+from ..samples.scenes import build
+from .ours import bake_here
+
+SIZE, RAYS = 1024, 256
+OBJECT = "Suzanne"
+
+
+def measure(chosen: argparse.Namespace) -> dict[str, Any]:
+    """Alternate: ours with the widest Embree, ours with Blender's own (AVX2 at most), Cycles."""
+    runs: dict[str, list[float]] = {"ours": [], "ours_avx2": [], "cycles": []}
+    notes: dict[str, str] = {}
+    for turn in range(chosen.rounds):
+        for name, library in (("ours", ""), ("ours_avx2", _blender_embree())):
+            seconds, notes[name] = _ours_in_child(library)
+            runs[name].append(seconds)
+        runs["cycles"].append(_cycles())
+        print(turn, {name: round(times[-1], 2) for name, times in runs.items()}, flush=True)
+    return {"runs": runs, "embree": notes, "blender": bpy.app.version_string, "threads": os.cpu_count()}
+
+
+def page(result: dict[str, Any]) -> list[str]:
+    """The section of the page."""
+    median = {name: statistics.median(times) for name, times in result["runs"].items()}
+    lines = [
+        "## Speed at equal samples",
+        "",
+        f"AO of {OBJECT} (sample `suzanne`), {SIZE}x{SIZE}, {RAYS} rays or samples a texel, {result['threads']} "
+        f"threads, no filter, Blender {result['blender']}. Ours: reading the scene, texels, tree, rays, margin and a 16-bit "
+        "PNG; the first bake after the file was opened, so that nothing is warm. Cycles: its bake operator alone, adaptive "
+        "sampling off.",
+        "",
+        "| | median s | runs | times as fast as Cycles |",
+        "|---|---|---|---|",
+    ]
+    names = {"ours": "Occlusion Bake", "ours_avx2": "Occlusion Bake, Blender's Embree", "cycles": "Cycles"}
+    for name, times in result["runs"].items():
+        runs = ", ".join(f"{each:.2f}" for each in times)
+        lines.append(f"| {names[name]} | {median[name]:.2f} | {runs} | {median['cycles'] / median[name]:.1f} |")
+    lines += ["", *(f"{names[name]}: Embree {_short(text)}." for name, text in result["embree"].items())]
+    return lines
+
+
+def _short(description: str) -> str:
+    """Without the folder, which says nothing elsewhere."""
+    front, _, path = description.rpartition(", ")
+    return f"{front}, {Path(path).name}"
+
+
+def _blender_embree() -> str:
+    found = sorted((Path(bpy.__file__).parent / "lib").glob("libembree4*"))
+    return str(found[0]) if found else ""
+
+
+def _cycles() -> float:
+    build("suzanne")
+    return bake_ao(bpy.context, OBJECT, (SIZE, SIZE), RAYS, None, os.cpu_count() or 1, 0).seconds
+
+
+def _ours_in_child(library: str) -> tuple[float, str]:
+    """A fresh process: the tree, the tables and the libraries are loaded as for an artist's first press."""
+    environment = {**os.environ, **({OVERRIDE: library} if library else {})}
+    command = [sys.executable, "-m", "occlusion_bake.bench.speed"]
+    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
+    seconds, embree = json.loads(answer.splitlines()[-1])
+    return float(seconds), str(embree)
+
+
+def _child() -> None:
+    build("suzanne")
+    with tempfile.TemporaryDirectory() as folder:
+        seconds, _, embree = bake_here([OBJECT], Settings(width=SIZE, height=SIZE, rays=RAYS), Path(folder))
+    print(json.dumps([seconds, embree]))
+
+
+if __name__ == "__main__":
+    _child()
+    leave(0)
