@@ -65,11 +65,11 @@ def _ao_alone(settings: Settings) -> Settings:
 
 def _arguments(options: Options, samples: int, folder: Path, report: Path) -> list[str]:
     chosen = options.settings
-    words = ["--objects", options.objects[0], "--size", f"{chosen.width}x{chosen.height}", "--rays", str(chosen.rays)]
+    words = [f"--objects={options.objects[0]}", "--size", f"{chosen.width}x{chosen.height}", "--rays", str(chosen.rays)]
     words += ["--margin", "0", "--threads", str(chosen.threads), "--seed", str(chosen.seed)]
     words += ["--output", str(folder), "--report", str(report), "--compare-cycles", str(samples)]
     words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []
-    return words + (["--uv", options.uv] if options.uv is not None else [])
+    return words + ([f"--uv={options.uv}"] if options.uv is not None else [])
 
 
 def _wait_for(command: list[str], log: Path, progress: Progress) -> None:

@@ -31,7 +31,8 @@ def compare_with_cycles(
     """Bake the target's AO with Cycles, write the picture (ours, Cycles', difference), return the report's entry.
 
     Texels count that both cover. Those that Cycles gives to another triangle (its rule is the texel's centre, ours the
-    largest coverage) are counted apart and named. Raises InputError where Cycles refuses, and where both cover no texel.
+    largest coverage) are counted apart and named. Raises InputError where Cycles refuses or covers no texel of
+    ours.
     """
     size, threads = (settings.width, settings.height), settings.threads or os.cpu_count() or 1
     layer = CHART_MAP if uv == CHARTS else uv

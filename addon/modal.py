@@ -50,7 +50,7 @@ class LongOperator:
         if bpy.app.background:
             return self.execute(context)
         self._progress = Progress()
-        self._runner = Runner(self.start(context, self._progress), self._progress)
+        self._runner = Runner(self.start(context, self._progress), self._progress, give_way=True)
         self._due, self._said = 0.0, ""
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)

@@ -7,26 +7,31 @@ window, a loop in the background.
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from ..core.progress import Progress
 
 Steps = Generator[Callable[[], Any], Any, None]
 
+_NICE = 15  # of 19: the window is drawn first, also where that takes the processor, and the bake gets nearly all else
+
 
 class Runner:
     """Drives the steps. `poll` from the main thread until it is True; then everything is done or has been raised."""
 
-    def __init__(self, steps: Steps, progress: Progress) -> None:
+    def __init__(self, steps: Steps, progress: Progress, *, give_way: bool = False) -> None:
+        """give_way: the thread, and those it starts, get the processor when nobody else wants it; Linux alone can."""
         self.progress = progress
         self._steps = steps
-        self._pool = ThreadPoolExecutor(1, thread_name_prefix="occlusion-bake")
+        initializer = _give_way if give_way and sys.platform == "linux" else None
+        self._pool = ThreadPoolExecutor(1, "occlusion-bake", initializer)
         self._running: Future[Any] | None = None
-        self._started = False
 
     def poll(self) -> bool:
         """Go on with the work where nothing is running. Raises what the work raises, and is closed then."""
@@ -61,6 +66,12 @@ class Runner:
             return next(self._steps)
         error = last.exception()
         return self._steps.throw(error) if error is not None else self._steps.send(last.result())
+
+
+def _give_way() -> None:
+    """Lower the calling thread's priority; on Linux 0 is that thread, and those it starts are born with the same."""
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, 0, _NICE)
 
 
 def run(steps: Steps, progress: Progress, show: Callable[[Progress], None] | None = None) -> None:

@@ -47,7 +47,7 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
         name="Distance", description="How far an occluder may be", default=1.0, min=1e-6, subtype="DISTANCE"
     )
     margin: IntProperty(
-        name="Margin", description="Texels by which chart borders are carried outward, against seams", default=16, min=0,
+        name="Margin", description="Texels by which chart borders are carried outward", default=16, min=0,
         max=256, subtype="PIXEL",
     )  # fmt: skip
     uv: EnumProperty(name="UV Map", description="Which UV map to bake onto", items=_UV)

@@ -64,8 +64,8 @@ def page(result: dict[str, Any]) -> list[str]:
         f"AO at {SIZE}x{SIZE}: ours with {RAYS} rays, no filter; Cycles (Blender {result['blender']}) with {SAMPLES} "
         "samples, settings matched. Sigma: the noise of one bake, from two seeds. Compared are the texels that both "
         "give to the same triangle; the others are counted: Cycles leaves out texels whose centre no triangle covers, "
-        "and gives a texel to the triangle at its centre where we give it to the one that covers most of it. Goal: bias "
-        "within 0.0005 and RMSE² at most 1.1 times the sum of the squared sigmas.",
+        "and gives a texel to the triangle at its centre where we give it to the one that covers most of it. Goal: "
+        "bias within 0.0005 and RMSE² at most 1.1 times the sum of the squared sigmas.",
         "",
         "| scene, object | texels | not in Cycles | other triangle | bias | RMSE | sigma ours | sigma Cycles "
         "| RMSE² / (σ² + σ²) |",

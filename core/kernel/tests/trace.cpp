@@ -1,5 +1,4 @@
 // ob_trace, ob_visible and ob_surface_points where the answer is known. Argument 1: the path of an Embree library.
-#include <atomic>
 #include <limits>
 #include <thread>
 
@@ -15,21 +14,21 @@ static void check_all(const Target &target, const std::vector<float> &sums, floa
 }
 
 // A convex body alone hides nothing from itself: every ray of every texel is free.
+static void check_open(const Device &device, float scale, int32_t rays, int32_t width) {
+  const Target target(turned(box(scale, 0.7F * scale, 0.2F * scale), 0.3F * scale), 24, 16);
+  const Sums sums = trace(scene_of(device, {target.mesh}), target, settings_of(rays, width), {kAmbient});
+  must(sums.status);
+  check_all(target, sums.all[0], static_cast<float>(rays));
+  check_all(target, sums.halves[0], static_cast<float>(rays / 2));
+}
+
 static void test_a_convex_body_is_open(const Device &device) {
-  for (const float scale : {1e-3F, 1.0F, 1e3F}) {
-    const Target target(turned(box(scale, 0.7F * scale, 0.2F * scale), 0.3F * scale), 24, 16);
-    const Scene scene = scene_of(device, {target.mesh});
-    for (const int32_t rays : kRayCounts) {
-      for (const int32_t width : kWidths) {
-        const Sums sums = trace(scene, target, settings_of(rays, width), {kAmbient});
-        must(sums.status);
-        check_all(target, sums.all[0], static_cast<float>(rays));
-        check_all(target, sums.halves[0], static_cast<float>(rays / 2));
-        if (rays > 100 && scale != 1.0F) {
-          break;
-        }
-      }
-    }
+  for (const int32_t rays : kRayCounts) {
+    check_open(device, 1.0F, rays, 0);
+  }
+  for (const int32_t width : kWidths) {
+    check_open(device, 1e-3F, 64, width);
+    check_open(device, 1e3F, 64, width);
   }
 }
 
@@ -42,7 +41,7 @@ static const std::vector<ob_map> kMaps = {kAmbient,
                                           {OB_SAMPLE_SPHERE, OB_AXIS_REFLECTED, 10.0}};
 
 static void test_a_closed_box_leaks_nothing(const Device &device) {
-  for (const float scale : {1e-3F, 1.0F, 1e3F}) {
+  for (const float scale : {1e-3F, 1e3F}) {
     const Target target(turned(box(scale, 0.7F * scale, 0.2F * scale, true), 0.3F * scale), 24, 16);
     const Scene scene = scene_of(device, {target.mesh});
     ob_trace_settings settings = settings_of(100);
@@ -81,15 +80,16 @@ static void test_widths_agree(const Device &device) {
 static void test_threads_do_not_matter(const Device &device) {
   const Target floor = floor_of(2.0F, 45);
   const Scene scene = scene_of(device, some_scene(floor));
+  const std::vector<ob_map> maps = {kMaps[0], kMaps[6]};
   ob_trace_settings settings = settings_of(23);
-  const Sums expected = trace(scene, floor, settings, kMaps);
-  for (const int32_t threads : {0, 1, 2, 3, 4, 5, INT32_MAX}) {
+  const Sums expected = trace(scene, floor, settings, maps);
+  for (const int32_t threads : {0, 1, 2, 3, 4, 5}) {
     settings.threads = threads;
-    const Sums sums = trace(scene, floor, settings, kMaps);
+    const Sums sums = trace(scene, floor, settings, maps);
     CHECK(sums.all == expected.all && sums.halves == expected.halves);
   }
   settings.seed ^= uint64_t{1} << 40;
-  CHECK(trace(scene, floor, settings, kMaps).all != expected.all);
+  CHECK(trace(scene, floor, settings, maps).all != expected.all);
 }
 
 // Maps traced together bring what each brings alone.
@@ -97,7 +97,7 @@ static void test_maps_do_not_matter_to_each_other(const Device &device) {
   const Target floor = floor_of(2.0F, 13);
   const Scene scene = scene_of(device, some_scene(floor));
   const Sums together = trace(scene, floor, settings_of(20), kMaps);
-  for (size_t map = 0; map < kMaps.size(); ++map) {
+  for (const size_t map : {0U, 3U, 6U}) {
     CHECK(trace(scene, floor, settings_of(20), {kMaps[map]}).all[0] == together.all[map]);
   }
 }
@@ -138,7 +138,7 @@ static void test_halves_may_be_left_out(const Device &device) {
 static void test_distance(const Device &device) {
   const Target floor = floor_of(1.0F, 16);
   const Scene scene = scene_of(device, {floor.mesh, square(1.0F, 1000.0F)});
-  for (const float distance : {0.5F, 0.999F, 1.5F, 2.0F, 5.0F}) {
+  for (const float distance : {0.999F, 1.5F, 5.0F}) {
     ob_trace_settings settings = settings_of(256);
     settings.distance = distance;
     const Sums sums = trace(scene, floor, settings, {kAmbient});
@@ -148,9 +148,8 @@ static void test_distance(const Device &device) {
   CHECK_NEAR(mean_of(floor, trace(scene, floor, settings_of(256), {kAmbient}).all[0], 256), 0.0, 1e-4);
 }
 
-// Over the middle of a disk-like hole the cosine lobe sees sin^2 of its half angle.
+// At the very foot of an endless wall, half of all is hidden.
 static void test_wall(const Device &device) {
-  // An endless wall beside an endless floor hides half of what is on its side: at the very foot, half of all.
   Mesh wall;
   add_quad(wall, {{0, -1000, 0}, {0, 1000, 0}, {0, 1000, 1000}, {0, -1000, 1000}}, 0, 0, 1, 1);
   Mesh strip;
@@ -173,7 +172,7 @@ static double mean_reflected(const Scene &scene, const Target &target, const ob_
 static void test_viewers(const Device &device) {
   const Target floor = floor_of(0.001F, 16);
   const Scene scene = scene_of(device, {floor.mesh});
-  for (const double angle : {0.0, 0.5, 1.0, 1.4}) {
+  for (const double angle : {0.0, 0.7, 1.4}) {
     ob_trace_settings settings = settings_of(256);
     settings.viewer[0] = static_cast<float>(10.0 * std::sin(angle));
     settings.viewer[2] = static_cast<float>(10.0 * std::cos(angle));
