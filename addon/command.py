@@ -188,15 +188,15 @@ def _summary(entry: Json) -> str:
 
 def _save_charts(outcome: Outcome, folder: Folder, options: Any) -> None:
     """Textures on charts are of no use without them: a copy of the scene with its new UV maps goes beside them."""
-    if not (outcome.charted and outcome.finished):
+    if set(outcome.charted).isdisjoint(outcome.finished):
         return
     source = Path(getattr(options, "file", None) or bpy.data.filepath or "scene")
     path = folder.path / f"{folder.stem(source.stem + '_charts')}.blend"
-    try:
-        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=True)
+    try:  # uncompressed: on a full disk Blender takes the stump of a compressed file for success
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
     except RuntimeError as error:
         cause = str(error).strip().splitlines()[0].removeprefix("Error: ")
-        raise InputError(f"{path}: the scene with the new UV maps cannot be saved ({cause}); check the disk") from error
+        raise InputError(f"{path}: the new UV maps cannot be saved ({cause}); check that the disk has room") from error
     outcome.notes.append(f"a copy of the scene with the new UV maps is {path}")
 
 

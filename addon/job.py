@@ -13,6 +13,7 @@ import bpy
 
 from ..core.apart import unwrap_apart
 from ..core.bake import Baked, Baker, Settings
+from ..core.charts import Charts
 from ..core.errors import InputError
 from ..core.progress import Progress
 from ..core.scene import Instance, Scene
@@ -62,8 +63,8 @@ def bake_steps(
 ) -> Steps:
     """The whole bake, for a `Runner`. `deliver` gets each result on the main thread as soon as it is there.
 
-    An object that cannot be baked is refused with a line and the others go on; if all are, InputError is raised. Raises
-    Cancelled, and InputError for what concerns them all.
+    An object that cannot be baked or delivered is refused with a line, and the others go on. Raises Cancelled, and
+    InputError where all are refused and for what concerns them all.
     """
     start = time.perf_counter()
     names = yield from chart_steps(context, options, progress, outcome)
@@ -75,12 +76,12 @@ def bake_steps(
     for target in scene.targets:
         try:
             baked = yield lambda target=target: outcome.baker.bake(target)  # type: ignore[misc, union-attr]
+            _share_times(outcome, baked, alone=len(scene.targets) == 1)
+            deliver(target, baked)
         except InputError as refusal:
             outcome.refused.append(str(refusal))
-            continue
-        _share_times(outcome, baked, alone=len(scene.targets) == 1)
-        deliver(target, baked)
-        outcome.finished.append(target.name)
+        else:
+            outcome.finished.append(target.name)
     outcome.seconds["total"] = time.perf_counter() - start
     if not outcome.finished:
         raise InputError(outcome.complaint(len(options.objects)))
@@ -122,28 +123,38 @@ def chart_steps(
     Cancelled, and InputError where none is left.
     """
     names = list(options.objects)
-    for first, *others in _without_charts(context, options):
-        progress.enter(f"{first}: making UV charts")
+    for sharing in _without_charts(context, options):
+        progress.enter(f"{sharing[0]}: making UV charts")
         try:
-            with _timed(outcome, f"charts of {first}"):
-                yield from _chart(context, first, (options.settings.width, options.settings.height), progress, outcome)
+            with _timed(outcome, f"charts of {sharing[0]}"):
+                made = yield from _chart(context, sharing[0], options.settings, progress)
         except InputError as refusal:
             outcome.refused.append(str(refusal))
-            names = [name for name in names if name not in (first, *others)]
+            names = [name for name in names if name not in sharing]
+            continue
+        if made is not None:
+            outcome.charted += sharing
+            outcome.notes.append(
+                f"{sharing[0]}: {made.count} charts in the UV map {CHART_MAP}, stretch {made.stretch.l2:.3f}, "
+                f"{100.0 * made.utilisation:.0f} % of the image used"
+            )
     if not names:
         raise InputError(outcome.complaint(len(options.objects)))
     return names
 
 
-def _chart(context: bpy.types.Context, name: str, size: tuple[int, int], progress: Progress, outcome: Outcome) -> Steps:
-    """Charts for the mesh of one object, unless those made before still fit."""
+def _chart(
+    context: bpy.types.Context, name: str, settings: Settings, progress: Progress
+) -> Generator[Callable[[], Any], Any, Charts | None]:
+    """Charts for the mesh of one object; None where those made before still fit."""
+    size = (settings.width, settings.height)
     obj = synced(context.view_layer)[name]
     base = base_triangles(context, obj)
     mark = _fingerprint(base, size)
     if obj.data.get(_FINGERPRINT) == mark and CHART_MAP in obj.data.uv_layers:
-        return
+        return None
     _refuse_linked(obj)
-    charts = yield lambda: unwrap_apart(
+    charts: Charts = yield lambda: unwrap_apart(
         *(name, base.vertices, base.triangles, base.polygons),
         size=size,
         padding=_PADDING,
@@ -154,11 +165,7 @@ def _chart(context: bpy.types.Context, name: str, size: tuple[int, int], progres
         raise InputError(f"{name}: it was changed while its charts were made; start again")
     write_uv(context, obj, CHART_MAP, charts.uv, base.loops)
     obj.data[_FINGERPRINT] = mark
-    outcome.charted.append(name)
-    outcome.notes.append(
-        f"{name}: {charts.count} charts in the UV map {CHART_MAP}, stretch {charts.stretch.l2:.3f}, "
-        f"{100.0 * charts.utilisation:.0f} % of the image used"
-    )
+    return charts
 
 
 def _without_charts(context: bpy.types.Context, options: Options) -> list[list[str]]:

@@ -10,6 +10,7 @@ import bpy
 from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
 from .runner import Runner, Steps, run
+from .settings import show_lines
 
 _TICK = 0.05  # seconds between two looks at the work
 _SHOWN = 0.2  # and between two drawings of how far it is, which can cost more than the look
@@ -42,7 +43,7 @@ class LongOperator:
         try:
             run(self.start(context, progress), progress)
         except _FORESEEN as error:
-            return self._failed(error)
+            return self._failed(context, error)
         return {"FINISHED"}
 
     def invoke(self: Any, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
@@ -69,7 +70,7 @@ class LongOperator:
             finished = self._runner.poll()
         except _FORESEEN as error:
             self._end(context)
-            return self._failed(error)
+            return self._failed(context, error)
         except BaseException:
             self._end(context)
             raise
@@ -90,7 +91,7 @@ class LongOperator:
         self._said, self._due = text, now + _SHOWN
         if context.workspace is not None:
             context.workspace.status_text_set(f"Occlusion Bake   {text}   Esc: Cancel")
-        _redraw(context, "VIEW_3D", region_type="UI")
+        _redraw(context, "VIEW_3D")
 
     def _end(self: Any, context: bpy.types.Context) -> None:
         if LongOperator._active is not self:
@@ -100,15 +101,17 @@ class LongOperator:
         context.window_manager.event_timer_remove(self._timer)
         for workspace in bpy.data.workspaces:  # the artist may have gone to another in the meantime
             workspace.status_text_set(None)
-        _redraw(context, "VIEW_3D", "IMAGE_EDITOR", "PROPERTIES")
+        _redraw(context, "VIEW_3D", "IMAGE_EDITOR")
 
-    def _failed(self: Any, error: BaseException) -> set[str]:
+    def _failed(self: Any, context: bpy.types.Context, error: BaseException) -> set[str]:
         if isinstance(error, Cancelled):
             self.report({"INFO"}, "Cancelled; nothing was changed")
-        elif isinstance(error, ReferenceError):
-            self.report({"ERROR"}, "What was being baked was removed, perhaps by an undo; bake again")
-        else:
-            self.report({"ERROR"}, str(error) or "not enough memory; bake a smaller image")
+            return {"CANCELLED"}
+        line = str(error) or "not enough memory; bake a smaller image"
+        if isinstance(error, ReferenceError):
+            line = "What was being baked was removed, perhaps by an undo; bake again"
+        show_lines(context, [line])
+        self.report({"ERROR"}, line)
         return {"CANCELLED"}
 
 
@@ -135,10 +138,10 @@ def chosen_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
     return selected or ([active] if active is not None else [])
 
 
-def _redraw(context: bpy.types.Context, *area_types: str, region_type: str | None = None) -> None:
-    """Let areas show what is new, or of each only the regions of one type."""
+def _redraw(context: bpy.types.Context, *area_types: str) -> None:
+    """Let areas show what is new; of 3D views the sidebars alone, for their scene can take long to draw."""
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             for region in area.regions if area.type in area_types else ():
-                if region_type in (None, region.type):
+                if area.type != "VIEW_3D" or region.type == "UI":
                     region.tag_redraw()

@@ -19,7 +19,7 @@ from .images import hook_up, show_picture, store
 from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
 from .modal import LongOperator, chosen_objects, running
 from .runner import Steps
-from .settings import core_settings
+from .settings import add_lines, core_settings, show_lines
 
 
 def options_of(context: bpy.types.Context) -> Options:
@@ -40,7 +40,7 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         options, outcome = options_of(context), Outcome()
-        show(context, [])
+        show_lines(context, [])
         deliver = self._deliverer(context, options, outcome)
         with charts_on_trial(context.view_layer, options.objects, outcome.finished):
             try:
@@ -93,7 +93,7 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         options, outcome, kept = options_of(context), Outcome(), []
-        show(context, [])
+        show_lines(context, [])
         with charts_on_trial(context.view_layer, options.objects, kept):
             kept += yield from chart_steps(context, replace(options, uv=CHARTS), progress, outcome)
         lines = outcome.notes or ["The charts made before still fit"]
@@ -112,7 +112,7 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         options = options_of(context)
         active = context.view_layer.objects.active
         name = active.name if active is not None and active.name in options.objects else options.objects[0]
-        show(context, [])
+        show_lines(context, [])
         # A child Blender bakes beside the window; Blender as a module has no program to start.
         compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
         samples = context.scene.occlusion_bake.cycles_samples
@@ -160,17 +160,6 @@ def result_lines(baked: Baked) -> list[str]:
         f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays",
         f"Estimated error: {errors}",
     ]
-
-
-def show(context: bpy.types.Context, lines: list[str]) -> None:
-    """Put lines into the panel, in the place of earlier ones."""
-    context.window_manager.occlusion_bake.lines = "\n".join(lines)
-
-
-def add_lines(context: bpy.types.Context, lines: list[str]) -> None:
-    """Add lines to the panel's."""
-    shown = context.window_manager.occlusion_bake
-    shown.lines = "\n".join([*filter(None, shown.lines.split("\n")), *lines])
 
 
 def _counted(objects: int) -> str:

@@ -15,7 +15,7 @@ from .operators import (
 )
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
-_FRAME, _LETTER = 64.0, 5.7
+_FRAME, _LETTER = 72.0, 5.4
 
 
 class _Sidebar:
@@ -25,7 +25,7 @@ class _Sidebar:
 
 
 class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
-    """What to bake, the button, and what came of it."""
+    """What to bake, and the button."""
 
     bl_idname = "OCCLUSION_BAKE_PT_bake"
     bl_label = "Occlusion Bake"
@@ -43,7 +43,6 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         layout.prop(chosen, "rays")
         layout.prop(chosen, "use_material")
         self._draw_button(context)
-        self._draw_result(context)
 
     def _draw_button(self, context: bpy.types.Context) -> None:
         row = self.layout.row(align=True)
@@ -55,14 +54,22 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
             row.progress(factor=progress.fraction, text=progress_text(progress))
             row.operator(OCCLUSION_BAKE_OT_cancel.bl_idname, text="", icon="X")
 
-    def _draw_result(self, context: bpy.types.Context) -> None:
-        lines = context.window_manager.occlusion_bake.lines
-        if not lines:
-            return
-        column = self.layout.box().column(align=True)
+
+class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
+    """What came of it, in lines as wide as the sidebar."""
+
+    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
+    bl_label = "Result"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return bool(context.window_manager.occlusion_bake.lines)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        column = self.layout.column(align=True)
         column.scale_y = 0.8
-        for line in lines.split("\n"):
-            for part in wrap(line, _letters(context), subsequent_indent="  "):
+        for line in context.window_manager.occlusion_bake.lines.split("\n"):
+            for part in wrap(line, _letters(context), subsequent_indent="   "):
                 column.label(text=part)
 
 
@@ -128,6 +135,7 @@ class OCCLUSION_BAKE_PT_cycles(_Sidebar, bpy.types.Panel):
 
 CLASSES = (
     OCCLUSION_BAKE_PT_bake,
+    OCCLUSION_BAKE_PT_result,
     OCCLUSION_BAKE_PT_reflection,
     OCCLUSION_BAKE_PT_options,
     OCCLUSION_BAKE_PT_cycles,

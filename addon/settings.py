@@ -71,6 +71,17 @@ class OcclusionBakeResult(bpy.types.PropertyGroup):
     lines: StringProperty(options={"SKIP_SAVE"})  # parted by line breaks
 
 
+def show_lines(context: bpy.types.Context, lines: list[str]) -> None:
+    """Put lines into the panel, in the place of earlier ones."""
+    context.window_manager.occlusion_bake.lines = "\n".join(lines)
+
+
+def add_lines(context: bpy.types.Context, lines: list[str]) -> None:
+    """Add lines to the panel's."""
+    shown = context.window_manager.occlusion_bake.lines
+    show_lines(context, [*filter(None, shown.split("\n")), *lines])
+
+
 def core_settings(scene: Any) -> Settings:
     """The scene's settings as the core takes them. Raises InputError."""
     chosen = scene.occlusion_bake

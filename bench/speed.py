@@ -46,7 +46,7 @@ def page(result: dict[str, Any]) -> list[str]:
         "",
         f"AO of {OBJECT} (sample `suzanne`), {SIZE}x{SIZE}, {RAYS} rays or samples a texel, {result['threads']} "
         f"threads, no filter, Blender {result['blender']}. Ours: reading the scene, texels, tree, rays, margin and a "
-        "16-bit PNG; the first bake after the file was opened, so that nothing is warm. Cycles: its bake operator alone, "
+        "16-bit PNG; the first bake after the file was opened, with nothing warm. Cycles: its bake operator alone, "
         "adaptive sampling off.",
         "",
         "| | median s | runs | times as fast as Cycles |",

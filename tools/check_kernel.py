@@ -1,8 +1,10 @@
-"""Checks on the native kernel: `tidy` (compiler warnings and clang-tidy, all errors) and `sanitize` (its own tests)."""
+"""Checks on the native kernel: `tidy` (warnings, symbols, layout, clang-tidy; all errors) and `sanitize` (its own tests)."""
 
 from __future__ import annotations
 
 import importlib.util
+import shutil
+import subprocess
 import sys
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -10,27 +12,69 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 KERNEL = ROOT / "core" / "kernel"
+TESTS = KERNEL / "tests"
+WARNINGS = ROOT / "build" / "warnings"
 sys.path.insert(0, str(KERNEL))
 
 import toolchain  # noqa: E402
 
 SANITIZE = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
+FOR_TESTS = [f"-I{toolchain.SOURCES}"]
 
 
 def tidy() -> None:
-    """Every source compiles without a warning and passes .clang-tidy."""
-    sources = toolchain.sources()
+    """Every source and test compiles without a warning, exports what it may, is laid out and passes .clang-tidy."""
+    sources, tests = toolchain.sources(), sorted(TESTS.glob("*.cpp"))
     if not sources:
         print("SKIPPED clang-tidy: no kernel sources")
         return
-    toolchain.compile_all(sources, ROOT / "build" / "warnings", [*toolchain.GNU_OPTIMISED, "-Werror"])
-    program = Path(sys.executable).parent / "clang-tidy"
+    toolchain.compile_all(sources, WARNINGS, [*toolchain.GNU_OPTIMISED, "-Werror"])
+    toolchain.compile_all(tests, WARNINGS / "tests", [*FOR_TESTS, "-Werror"])
+    symbols()
+    layout()
+    if (program := tool("clang-tidy")) is None:
+        raise SystemExit("no clang-tidy beside this Python: pip install -r requirements/common.txt")
 
     def check(source: Path) -> None:
-        toolchain.run([str(program), "--quiet", str(source), "--", *toolchain.flags(source)])
+        extra = FOR_TESTS if source in tests else []
+        toolchain.run([str(program), "--quiet", str(source), "--", *toolchain.flags(source), *extra])
 
     with ThreadPoolExecutor(toolchain.JOBS) as pool:
-        list(pool.map(check, sources))
+        list(pool.map(check, [*sources, *tests]))
+
+
+def symbols() -> None:
+    """A file built for a vector extension defines one global symbol: its table of functions.
+
+    Any other, an inline function's say, is a copy that the linker may keep for the whole library, and that would run
+    on machines without the extension. Looked at without optimisation too, where nothing is inlined away.
+    """
+    if shutil.which("nm") is None:
+        print("SKIPPED the symbols of vector code: there is no nm")
+        return
+    vector = [source for source in toolchain.sources() if toolchain.vector_of(source)]
+    for level in ("-O0", *toolchain.GNU_OPTIMISED):
+        for compiled in toolchain.compile_all(vector, WARNINGS / level, [level]):
+            listed = ["nm", "-g", "-P", "--defined-only", str(compiled)]
+            lines = subprocess.run(listed, check=True, capture_output=True, text=True).stdout.splitlines()
+            names = [line.split()[0] for line in lines]
+            if len(names) != 1 or not names[0].endswith("PacketsE"):
+                raise SystemExit(f"{compiled} defines {', '.join(names)}; only its table of packet code may be global")
+
+
+def layout() -> None:
+    """Sources and tests are as clang-format would write them."""
+    if (program := tool("clang-format")) is None:
+        print("SKIPPED the layout of the kernel: no clang-format beside this Python")
+        return
+    files = [path for folder in ("src", "include", "tests") for path in sorted((KERNEL / folder).iterdir())]
+    toolchain.run([str(program), "--dry-run", "-Werror", *map(str, files)])
+
+
+def tool(name: str) -> Path | None:
+    """A program installed beside this Python, by a wheel."""
+    program = Path(sys.executable).parent / name
+    return program if program.exists() else None
 
 
 def sanitize() -> None:
@@ -38,12 +82,12 @@ def sanitize() -> None:
 
     It gets the path of an Embree library as its argument where the embreex wheel is installed.
     """
-    tests = sorted((KERNEL / "tests").glob("*.cpp"))
+    tests = sorted(TESTS.glob("*.cpp"))
     if not tests:
         print("SKIPPED the sanitizers: no programs in core/kernel/tests")
         return
     work = ROOT / "build" / "sanitize"
-    extra = [*SANITIZE, f"-I{toolchain.SOURCES}"]
+    extra = [*SANITIZE, *FOR_TESTS]
     kernel = toolchain.compile_all(toolchain.sources(), work, extra)
     for test, compiled in zip(tests, toolchain.compile_all(tests, work / "tests", extra), strict=True):
         program = work / test.stem
@@ -60,7 +104,7 @@ def embree() -> list[str]:
     return [str(path) for path in sorted(Path(spec.origin).parent.parent.glob("embreex.libs/libembree4*"))[:1]]
 
 
-VERBS: dict[str, Callable[[], None]] = {"tidy": tidy, "sanitize": sanitize}
+VERBS: dict[str, Callable[[], None]] = {"tidy": tidy, "symbols": symbols, "layout": layout, "sanitize": sanitize}
 
 if __name__ == "__main__":
     if sys.argv[1:] not in ([verb] for verb in VERBS):

@@ -30,7 +30,7 @@ MSVC = ["/nologo", "/std:c++17", "/O2", "/EHsc", "/W4", "/fp:precise"]
 
 # A file that ends in one of these holds code for machines that have it, chosen at run time.
 VECTOR = {
-    "_avx2": (["-mavx2", "-mfma", "-mf16c", "-mbmi2"], ["/arch:AVX2"]),
+    "_avx2": (["-mavx2", "-mfma", "-mbmi2"], ["/arch:AVX2"]),
     "_avx512": (
         ["-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl", "-mfma", "-mbmi2", "-mprefer-vector-width=512"],
         ["/arch:AVX512"],

@@ -1,11 +1,11 @@
 /* The occlusion kernel: texels in, sums of visibility out.
  *
  * Plain C, arrays in and arrays out, nothing kept but what the two handles hold. Contracts for every function:
- *  - Functions that return int32_t return OB_OK or one of the codes below; ob_error_message() then says why, in one line.
+ *  - Functions that return int32_t return OB_OK or one of the codes below; ob_error_message() then says why in a line.
  *  - Arrays are contiguous and not aliased; sizes are in elements; images are row-major, row 0 at the top.
  *  - Positions are float32 in one common frame, centred near the surface being baked (see core/scene.py).
  *  - `control` may be NULL. It may be read and `cancel` may be written from another thread while a call runs.
- *  - threads <= 0 means all of the machine's.
+ *  - threads <= 0 means all of the machine's; 1024 are the most.
  *  - Handles may be used from one thread at a time.
  */
 #ifndef OCCLUSION_KERNEL_H
@@ -59,10 +59,10 @@ typedef struct ob_map {
 } ob_map;
 
 typedef struct ob_control {
-  int32_t cancel;   /* set to non-zero: the call ends with OB_CANCELLED within 0.1 s */
+  int32_t cancel; /* set to non-zero: the call ends with OB_CANCELLED within 0.1 s */
   int32_t reserved;
-  int64_t done;     /* work finished so far: rays while tracing, any steady unit elsewhere */
-  int64_t total;    /* of this much */
+  int64_t done;  /* work finished so far: rays while tracing, any steady unit elsewhere */
+  int64_t total; /* of this much */
 } ob_control;
 
 typedef struct ob_device_info {
@@ -79,7 +79,7 @@ typedef struct ob_surface {
   const int32_t *owner;     /* height x width */
   int64_t vertex_count;
   int64_t triangle_count;
-  int32_t width;
+  int32_t width; /* 1 to 65536, as is the height */
   int32_t height;
 } ob_surface;
 
@@ -91,13 +91,13 @@ typedef struct ob_raster_report {
 } ob_raster_report;
 
 typedef struct ob_trace_settings {
-  int32_t rays;         /* a texel and map: 1 to 2^20 */
+  int32_t rays; /* a texel and map: 1 to 2^20 */
   int32_t threads;
   int32_t packet_width; /* 16, 8, 4, 1; 0: the device's native width */
   int32_t orthographic; /* the viewer looks along `forward` from everywhere */
   uint64_t seed;
-  float distance;       /* rays reach this far; INFINITY: no limit */
-  float viewer[3];      /* where R comes from, for OB_AXIS_REFLECTED; in the frame of the vertices */
+  float distance;  /* above 0: rays reach this far; INFINITY: no limit */
+  float viewer[3]; /* where R comes from, for OB_AXIS_REFLECTED; in the frame of the vertices */
   float forward[3];
 } ob_trace_settings;
 
@@ -123,7 +123,7 @@ OB_API void ob_mesh_free(ob_mesh *mesh);
 OB_API int32_t ob_scene_begin(ob_device *device, ob_scene **scene);
 OB_API int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count,
                                       const int32_t *triangles, int64_t triangle_count);
-/* matrices: count x 3 x 4, row-major, mesh to scene. */
+/* matrices: count x 3 x 4, row-major, mesh to scene. The mesh is of the scene's device. */
 OB_API int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matrices, int64_t count);
 OB_API int32_t ob_scene_commit(ob_scene *scene, ob_control *control);
 OB_API void ob_scene_free(ob_scene *scene);
@@ -139,7 +139,8 @@ OB_API int32_t ob_surface_points(const ob_surface *surface, int32_t threads, flo
 
 /* sums[m][texel]: settings->rays times the estimate of map m; untouched where no triangle owns the texel, -1 where the
  * texel faces away from the viewer of an OB_AXIS_REFLECTED map. halves[m], where neither it nor `halves` is NULL: the
- * part of the sum that the first half of the rays (rays / 2) brought. Same inputs and packet width, same bits. */
+ * part of the sum that the first half of the rays (rays / 2) brought, and -1 where the sum is. Same inputs and packet
+ * width, same bits. */
 OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                         const ob_map *maps, int32_t map_count, float *const *sums, float *const *halves,
                         ob_control *control);
@@ -148,7 +149,8 @@ OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_tra
 OB_API int32_t ob_visible(ob_scene *scene, const float *origins, const float *directions, int64_t count, float distance,
                           uint8_t *visible);
 
-/* Processor cycles of all ob_trace calls so far: inside Embree, and in all. Zeros unless built with OCCLUSION_PROFILE. */
+/* Processor cycles of all ob_trace calls so far, inside Embree and in all; either may be NULL. Zeros unless built with
+ * OCCLUSION_PROFILE. */
 OB_API void ob_profile(int64_t *embree_cycles, int64_t *all_cycles);
 
 #ifdef __cplusplus

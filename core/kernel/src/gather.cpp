@@ -72,8 +72,24 @@ void fill_weights(const TexelTriangle &triangle, Texel texel, int lane, Group &o
   out.weight2[2][lane] = static_cast<float>(along2.y);
 }
 
+// Whether all four corners of the texel lie in the triangle, with a margin over rounding.
+bool holds_texel(const Group &group, int lane) {
+  const auto lowest = [](float at_corner, float along_x, float along_y) {
+    return at_corner + std::min(along_x, 0.0F) + std::min(along_y, 0.0F);
+  };
+  constexpr float kMargin = 1e-6F;
+  const float x0 = -group.weight1[1][lane] - group.weight2[1][lane];
+  const float y0 = -group.weight1[2][lane] - group.weight2[2][lane];
+  return lowest(group.weight1[0][lane], group.weight1[1][lane], group.weight1[2][lane]) > kMargin &&
+         lowest(group.weight2[0][lane], group.weight2[1][lane], group.weight2[2][lane]) > kMargin &&
+         lowest(1.0F - group.weight1[0][lane] - group.weight2[0][lane], x0, y0) > kMargin;
+}
+
 // Where the triangle covers the texel in part, the points spread over that part.
 void fit_feet(const TexelTriangle &triangle, Texel texel, int feet, int lane, Group &out) {
+  if (holds_texel(out, lane)) {
+    return;
+  }
   const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
   if (part.count < 3 || area(part) >= 1.0) {
     return;

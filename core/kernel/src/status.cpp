@@ -10,7 +10,7 @@ thread_local std::array<char, 1001> last_error{};
 
 int32_t fail(ob_status status, std::string_view message) noexcept {
   const size_t length = std::min(message.size(), last_error.size() - 1);
-  std::copy_n(message.data(), length, last_error.data());
+  std::copy_n(message.begin(), length, last_error.data());
   last_error[length] = '\0';
   return status;
 }

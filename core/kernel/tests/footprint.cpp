@@ -152,7 +152,8 @@ static void check_area_preserving(const Polygon &part) {
   double count[kBoxes][kBoxes] = {};
   const ob::Fan fan(part);
   for (int i = 0; i < kPoints * kPoints; ++i) {
-    const Point2 p = fan.warp((i % kPoints + 0.5) / kPoints, (static_cast<double>(i / kPoints) + 0.5) / kPoints);
+    const int row = i / kPoints;
+    const Point2 p = fan.warp((i % kPoints + 0.5) / kPoints, (row + 0.5) / kPoints);
     ++count[std::min(kBoxes - 1, static_cast<int>(p.y * kBoxes))][std::min(kBoxes - 1, static_cast<int>(p.x * kBoxes))];
   }
   for (int y = 0; y < kBoxes; ++y) {
@@ -196,10 +197,14 @@ static void test_degenerate_triangles() {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const float infinity = std::numeric_limits<float>::infinity();
   const float cases[][6] = {
-      {0.3F, 0.3F, 0.3F, 0.3F, 0.3F, 0.3F},      {0.1F, 0.1F, 0.5F, 0.5F, 0.9F, 0.9F},
-      {0.0F, 0.5F, 0.5F, 0.5F, 1.0F, 0.5F},      {nan, 0.0F, 1.0F, 0.0F, 0.0F, 1.0F},
-      {nan, nan, nan, nan, nan, nan},            {infinity, 0.0F, 0.0F, 1.0F, 1.0F, 1.0F},
-      {-infinity, infinity, 0.0F, 0.0F, nan, 1}, {3e38F, -3e38F, -3e38F, 3e38F, 3e38F, 3e38F},
+      {0.3F, 0.3F, 0.3F, 0.3F, 0.3F, 0.3F},
+      {0.1F, 0.1F, 0.5F, 0.5F, 0.9F, 0.9F},
+      {0.0F, 0.5F, 0.5F, 0.5F, 1.0F, 0.5F},
+      {nan, 0.0F, 1.0F, 0.0F, 0.0F, 1.0F},
+      {nan, nan, nan, nan, nan, nan},
+      {infinity, 0.0F, 0.0F, 1.0F, 1.0F, 1.0F},
+      {-infinity, infinity, 0.0F, 0.0F, nan, 1},
+      {3e38F, -3e38F, -3e38F, 3e38F, 3e38F, 3e38F},
   };
   for (const auto &uv : cases) {
     const TexelTriangle t(uv, kSize, kSize);

@@ -127,17 +127,22 @@ struct Target {
   std::vector<float> normals; // empty: flat
 
   Target(Mesh from, int32_t wide, int32_t high)
-      : mesh(std::move(from)), width(wide), height(high),
-        owner(static_cast<size_t>(wide) * static_cast<size_t>(high)) {
+      : mesh(std::move(from)), width(wide), height(high), owner(static_cast<size_t>(wide) * static_cast<size_t>(high)) {
     ob_raster_report report{};
     must(ob_rasterize(mesh.uv.data(), mesh.triangle_count(), nullptr, width, height, OB_RULE_COVERAGE, 1, owner.data(),
                       nullptr, &report, nullptr));
   }
 
   ob_surface surface() const {
-    return {mesh.vertices.data(),  mesh.triangles.data(),  mesh.uv.data(),
-            normals.empty() ? nullptr : normals.data(),    owner.data(), mesh.vertex_count(),
-            mesh.triangle_count(), width, height};
+    return {mesh.vertices.data(),
+            mesh.triangles.data(),
+            mesh.uv.data(),
+            normals.empty() ? nullptr : normals.data(),
+            owner.data(),
+            mesh.vertex_count(),
+            mesh.triangle_count(),
+            width,
+            height};
   }
 };
 

@@ -24,9 +24,10 @@ static void check_net(const std::vector<Point4> &points, unsigned k) {
 }
 
 static std::vector<Point4> run_of(uint32_t first, unsigned k, const uint32_t *seed) {
-  std::vector<Point4> points;
-  for (uint32_t i = 0; i < (1U << k); ++i) {
-    points.push_back(seed == nullptr ? ob::sobol(first + i) : ob::scrambled_sobol(first + i, *seed));
+  std::vector<Point4> points(size_t{1} << k);
+  for (Point4 &point : points) {
+    point = seed == nullptr ? ob::sobol(first) : ob::scrambled_sobol(first, *seed);
+    ++first;
   }
   return points;
 }

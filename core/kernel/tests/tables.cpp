@@ -225,7 +225,8 @@ static void test_weights_have_mean_1() {
         sum += d.weight;
         ++count;
       });
-      const double most = sampler == OB_SAMPLE_SPHERE ? 2.0 * (e + 1.0) : e + 1.0; // the weight's bound and square's mean
+      const double most =
+          sampler == OB_SAMPLE_SPHERE ? 2.0 * (e + 1.0) : e + 1.0; // the weight's bound and square's mean
       CHECK_NEAR(sum / count, 1.0, 3.0 * std::sqrt(most / count));
     }
   }

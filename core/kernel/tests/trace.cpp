@@ -19,7 +19,8 @@ static void check_open(const Device &device, float scale, int32_t rays, int32_t 
   const Sums sums = trace(scene_of(device, {target.mesh}), target, settings_of(rays, width), {kAmbient});
   must(sums.status);
   check_all(target, sums.all[0], static_cast<float>(rays));
-  check_all(target, sums.halves[0], static_cast<float>(rays / 2));
+  const int32_t half = rays / 2;
+  check_all(target, sums.halves[0], static_cast<float>(half));
 }
 
 static void test_a_convex_body_is_open(const Device &device) {
@@ -32,13 +33,16 @@ static void test_a_convex_body_is_open(const Device &device) {
   }
 }
 
-static const std::vector<ob_map> kMaps = {kAmbient,
-                                          {OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 0.0},
-                                          {OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 100.0},
-                                          {OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 1.0},
-                                          {OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0},
-                                          {OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0},
-                                          {OB_SAMPLE_SPHERE, OB_AXIS_REFLECTED, 10.0}};
+// One of each kind.
+static std::vector<ob_map> all_maps() {
+  return {kAmbient,
+          {OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 0.0},
+          {OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 100.0},
+          {OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 1.0},
+          {OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0},
+          {OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0},
+          {OB_SAMPLE_SPHERE, OB_AXIS_REFLECTED, 10.0}};
+}
 
 static void test_a_closed_box_leaks_nothing(const Device &device) {
   for (const float scale : {1e-3F, 1e3F}) {
@@ -48,9 +52,9 @@ static void test_a_closed_box_leaks_nothing(const Device &device) {
     settings.viewer[2] = 0.0F; // inside
     for (const int32_t width : kWidths) {
       settings.packet_width = width;
-      const Sums sums = trace(scene, target, settings, kMaps);
+      const Sums sums = trace(scene, target, settings, all_maps());
       must(sums.status);
-      for (size_t map = 0; map < kMaps.size(); ++map) {
+      for (size_t map = 0; map < all_maps().size(); ++map) {
         check_all(target, sums.all[map], 0.0F);
         check_all(target, sums.halves[map], 0.0F);
       }
@@ -61,15 +65,17 @@ static void test_a_closed_box_leaks_nothing(const Device &device) {
 static Target floor_of(float half, int32_t size) { return {square(0.0F, half), size, size}; }
 
 // A floor with a tilted box above it: partly hidden.
-static std::vector<Mesh> some_scene(const Target &floor) { return {floor.mesh, turned(box(0.5F, 0.3F, 0.2F), 0, 0, 1)}; }
+static std::vector<Mesh> some_scene(const Target &floor) {
+  return {floor.mesh, turned(box(0.5F, 0.3F, 0.2F), 0, 0, 1)};
+}
 
 static void test_widths_agree(const Device &device) {
   const Target floor = floor_of(2.0F, 21);
   const Scene scene = scene_of(device, some_scene(floor));
-  const Sums expected = trace(scene, floor, settings_of(64, 1), kMaps);
+  const Sums expected = trace(scene, floor, settings_of(64, 1), all_maps());
   for (const int32_t width : {0, 4, 8, 16}) {
-    const Sums sums = trace(scene, floor, settings_of(64, width), kMaps);
-    for (size_t map = 0; map < kMaps.size(); ++map) {
+    const Sums sums = trace(scene, floor, settings_of(64, width), all_maps());
+    for (size_t map = 0; map < all_maps().size(); ++map) {
       const double mean = mean_of(floor, expected.all[map], 64);
       CHECK(mean > 0.05 && mean < 0.99);
       CHECK_NEAR(mean_of(floor, sums.all[map], 64), mean, 1e-4); // a ray that grazes an edge may differ
@@ -80,7 +86,7 @@ static void test_widths_agree(const Device &device) {
 static void test_threads_do_not_matter(const Device &device) {
   const Target floor = floor_of(2.0F, 45);
   const Scene scene = scene_of(device, some_scene(floor));
-  const std::vector<ob_map> maps = {kMaps[0], kMaps[6]};
+  const std::vector<ob_map> maps = {all_maps()[0], all_maps()[6]};
   ob_trace_settings settings = settings_of(23);
   const Sums expected = trace(scene, floor, settings, maps);
   for (const int32_t threads : {0, 1, 2, 3, 4, 5}) {
@@ -96,9 +102,9 @@ static void test_threads_do_not_matter(const Device &device) {
 static void test_maps_do_not_matter_to_each_other(const Device &device) {
   const Target floor = floor_of(2.0F, 13);
   const Scene scene = scene_of(device, some_scene(floor));
-  const Sums together = trace(scene, floor, settings_of(20), kMaps);
+  const Sums together = trace(scene, floor, settings_of(20), all_maps());
   for (const size_t map : {0U, 3U, 6U}) {
-    CHECK(trace(scene, floor, settings_of(20), {kMaps[map]}).all[0] == together.all[map]);
+    CHECK(trace(scene, floor, settings_of(20), {all_maps()[map]}).all[0] == together.all[map]);
   }
 }
 
@@ -106,12 +112,13 @@ static void test_halves_are_those_of_so_many_rays(const Device &device) {
   const Target floor = floor_of(2.0F, 13);
   const Scene scene = scene_of(device, some_scene(floor));
   for (const int32_t rays : kRayCounts) {
+    const int32_t half = rays / 2;
     const Sums sums = trace(scene, floor, settings_of(rays), {kAmbient});
     for (size_t i = 0; i < sums.all[0].size(); ++i) {
       const float first = sums.halves[0][i];
       const float second = sums.all[0][i] - first;
-      CHECK(first >= 0.0F && first <= static_cast<float>(rays / 2));
-      CHECK(second >= 0.0F && second <= static_cast<float>(rays - rays / 2));
+      CHECK(first >= 0.0F && first <= static_cast<float>(half));
+      CHECK(second >= 0.0F && second <= static_cast<float>(rays - half));
     }
   }
 }
@@ -121,7 +128,7 @@ static void test_halves_may_be_left_out(const Device &device) {
   const Scene scene = scene_of(device, some_scene(floor));
   const ob_surface surface = floor.surface();
   const ob_trace_settings settings = settings_of(10);
-  const ob_map maps[] = {kAmbient, kMaps[2]};
+  const ob_map maps[] = {kAmbient, all_maps()[2]};
   const Sums expected = trace(scene, floor, settings, {maps[0], maps[1]});
   std::vector<float> a(floor.owner.size());
   std::vector<float> b(floor.owner.size());
@@ -156,7 +163,7 @@ static void test_wall(const Device &device) {
   add_quad(strip, {{0.0009F, -1, 0}, {0.0011F, -1, 0}, {0.0011F, 1, 0}, {0.0009F, 1, 0}}, 0, 0, 1, 1);
   const Target target(strip, 4, 16);
   const Scene scene = scene_of(device, {wall, square(0.0F, 500.0F)});
-  const Sums sums = trace(scene, target, settings_of(256), kMaps);
+  const Sums sums = trace(scene, target, settings_of(256), all_maps());
   CHECK_NEAR(mean_of(target, sums.all[0], 256), 0.5, 2e-3);
   CHECK_NEAR(mean_of(target, sums.all[3], 256), 0.5, 2e-3);
   CHECK_NEAR(mean_of(target, sums.all[4], 256), 0.5, 2e-2);
@@ -225,7 +232,8 @@ static void test_sums_and_halves_face_away_together(const Device &device) {
 static void test_instances_are_as_copies(const Device &device) {
   const Target floor = floor_of(2.0F, 21);
   const Mesh body = turned(box(0.5F, 0.3F, 0.2F));
-  const float matrices[2][12] = {{1, 0, 0, 0.5F, 0, 1, 0, 0, 0, 0, 1, 1}, {1, 0, 0, -1, 0, 1, 0, 0.25F, 0, 0, 1, 0.75F}};
+  const float matrices[2][12] = {{1, 0, 0, 0.5F, 0, 1, 0, 0, 0, 0, 1, 1},
+                                 {1, 0, 0, -1, 0, 1, 0, 0.25F, 0, 0, 1, 0.75F}};
   Scene scene = begin_scene(device);
   must(add(scene, floor.mesh));
   {
@@ -234,12 +242,12 @@ static void test_instances_are_as_copies(const Device &device) {
     must(ob_scene_add_instances(scene.get(), mesh.get(), matrices[0], 0));
   } // the scene keeps the mesh alive
   must(ob_scene_commit(scene.get(), nullptr));
-  const Scene copies = scene_of(device, {floor.mesh, turned(box(0.5F, 0.3F, 0.2F), 0.5F, 0, 1),
-                                         turned(box(0.5F, 0.3F, 0.2F), -1, 0.25F, 0.75F)});
-  const Sums a = trace(scene, floor, settings_of(64), kMaps);
-  const Sums b = trace(copies, floor, settings_of(64), kMaps);
+  const Scene copies = scene_of(
+      device, {floor.mesh, turned(box(0.5F, 0.3F, 0.2F), 0.5F, 0, 1), turned(box(0.5F, 0.3F, 0.2F), -1, 0.25F, 0.75F)});
+  const Sums a = trace(scene, floor, settings_of(64), all_maps());
+  const Sums b = trace(copies, floor, settings_of(64), all_maps());
   must(a.status);
-  for (size_t map = 0; map < kMaps.size(); ++map) {
+  for (size_t map = 0; map < all_maps().size(); ++map) {
     CHECK_NEAR(mean_of(floor, a.all[map], 64), mean_of(floor, b.all[map], 64), 1e-4);
   }
 }
@@ -282,8 +290,7 @@ static void test_vertices_that_are_not_finite(const Device &device) {
       check_all(floor, trace(scene, floor, settings_of(16), {kAmbient}).all[0], 16.0F);
     }
     const Target self(broken, 8, 8); // texels on such a triangle bring something, and nothing ends badly
-    const Sums sums = trace(scene, self, settings_of(16), kMaps);
-    must(sums.status);
+    must(trace(scene, self, settings_of(16), {all_maps()[0], all_maps()[6]}).status);
     Scene instanced = begin_scene(device);
     const float matrix[12] = {bad, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, bad};
     const BuiltMesh mesh = build(device, floor.mesh);
@@ -298,7 +305,7 @@ static void test_degenerate_triangles(const Device &device) {
   Mesh mesh = square(0.0F, 1.0F);
   std::fill(mesh.vertices.begin(), mesh.vertices.end(), 0.5F);
   Target point(mesh, 4, 4);
-  must(trace(scene_of(device, {mesh}), point, settings_of(16), kMaps).status);
+  must(trace(scene_of(device, {mesh}), point, settings_of(16), all_maps()).status);
   std::fill(point.mesh.uv.begin(), point.mesh.uv.begin() + 6, 0.5F);
   std::fill(point.mesh.uv.begin() + 6, point.mesh.uv.end(), std::numeric_limits<float>::quiet_NaN());
   const Sums sums = trace(scene_of(device, {}), point, settings_of(16), {kAmbient});
@@ -315,12 +322,12 @@ static void test_cancel_during_a_trace(const Device &device) {
     }
     __atomic_store_n(&control.cancel, 1, __ATOMIC_RELAXED);
   });
-  const Sums sums = trace(scene, floor, settings_of(1 << 20), kMaps, &control); // hours of work
+  const Sums sums = trace(scene, floor, settings_of(1 << 20), all_maps(), &control); // hours of work
   other.join();
   CHECK_EQUAL(sums.status, OB_CANCELLED);
   CHECK(control.done > 0 && control.done < control.total);
   control.cancel = 0;
-  must(trace(scene, floor, settings_of(1), kMaps, &control).status); // the scene is as good as before
+  must(trace(scene, floor, settings_of(1), all_maps(), &control).status); // the scene is as good as before
 }
 
 static Mesh many_triangles() {
@@ -365,7 +372,8 @@ static void test_visible(const Device &device) {
   CHECK_EQUAL(std::count(visible, visible + 4, 1), 4);
 }
 
-// A texel of a flat square lies where its middle is in the texture; where the square ends within it, in the rest's middle.
+// A texel of a flat square lies where its middle is in the texture; where the square ends within it, in the rest's
+// middle.
 static void test_surface_points() {
   Target floor(square(2.0F, 1.0F), 3, 3);
   floor.mesh.uv.assign({0, 0, 5.0F / 6, 0, 5.0F / 6, 1, 0, 0, 5.0F / 6, 1, 0, 1}); // half of the last column

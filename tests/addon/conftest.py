@@ -1,0 +1,166 @@
+"""Scenes made by a few numbers, and the command run on them. As fixtures: test modules cannot import one another."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+SMALL = ("--size", "64", "--rays", "4", "--margin", "2")
+
+
+class Make:
+    """Objects in the open scene."""
+
+    @staticmethod
+    def mesh(
+        name: str, vertices: Sequence[Sequence[float]], faces: Sequence[Sequence[int]], uv: Any = None, **options: Any
+    ) -> Any:
+        """An object of its own mesh. uv: two numbers for each corner of each face, None for no UV map."""
+        import bpy
+
+        mesh = bpy.data.meshes.new(name)
+        mesh.from_pydata(vertices, [], faces)
+        if uv is not None:
+            mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.asarray(uv, np.float32).reshape(-1))
+        mesh.update()
+        obj = bpy.data.objects.new(name, mesh)
+        obj.location = options.get("location", (0.0, 0.0, 0.0))
+        bpy.context.scene.collection.objects.link(obj)
+        return obj
+
+    @staticmethod
+    def plane(name: str = "Plane", uv: Any = ((0, 0), (1, 0), (1, 1), (0, 1)), **options: Any) -> Any:
+        """A square of side 2 that faces up; by default its UVs are the whole square, u along x and v along y."""
+        corners = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
+        return Make.mesh(name, corners, ((0, 1, 2, 3),), uv, **options)
+
+    @staticmethod
+    def wall(name: str = "Wall", x: float = 1.0, y: tuple[float, float] = (0.0, 1.0)) -> Any:
+        """A wall that stands at x over a part of the floor's edge, and has no UVs."""
+        corners = ((x, y[0], 0.0), (x, y[1], 0.0), (x, y[1], 2.0), (x, y[0], 2.0))
+        return Make.mesh(name, corners, ((0, 1, 2, 3),))
+
+    @staticmethod
+    def cube(name: str = "Cube", **options: Any) -> Any:
+        """Blender's own, with its UV map."""
+        import bpy
+
+        bpy.ops.mesh.primitive_cube_add(**options)
+        bpy.context.object.name = name
+        return bpy.context.object
+
+    @staticmethod
+    def bare_cube(name: str = "Bare", **options: Any) -> Any:
+        """A cube without a UV map."""
+        obj = Make.cube(name, calc_uvs=False, **options)
+        while obj.data.uv_layers:
+            obj.data.uv_layers.remove(obj.data.uv_layers[0])
+        return obj
+
+
+@pytest.fixture
+def make() -> type[Make]:
+    return Make
+
+
+@pytest.fixture
+def empty_scene() -> Iterator[None]:
+    bpy = pytest.importorskip("bpy")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    yield
+    if bpy.context.object and bpy.context.object.mode != "OBJECT":
+        bpy.ops.object.mode_set(mode="OBJECT")
+
+
+@dataclass(frozen=True)
+class Run:
+    """What one run of the command came to."""
+
+    status: int
+    out: str
+    err: str
+    folder: Path  # the output folder, report.json in it
+
+    @property
+    def report(self) -> dict[str, Any]:
+        return json.loads((self.folder / "report.json").read_text(encoding="utf-8"))
+
+    @property
+    def files(self) -> list[str]:
+        return sorted(path.name for path in self.folder.rglob("*") if path.is_file())
+
+    @property
+    def lines(self) -> list[str]:
+        """The command's own lines on stdout, less the name."""
+        name = "occlusion_bake: "
+        return [line.removeprefix(name) for line in self.out.splitlines() if line.startswith(name)]
+
+    @property
+    def complaint(self) -> str:
+        """The one line on stderr, less the command's name."""
+        assert self.err.count("\n") == 1 and self.err.startswith("occlusion_bake: "), self.err
+        return self.err.removeprefix("occlusion_bake: ").strip()
+
+    def refused(self, *words: str) -> str:
+        """Assert that input was refused by one line with these words in it, and nothing was written."""
+        assert self.status == 2, (self.status, self.out, self.err)
+        assert not self.files
+        for word in words:
+            assert word in self.complaint
+        return self.complaint
+
+
+Bake = Callable[..., Run]
+
+
+@pytest.fixture
+def bake(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Bake:
+    """Run the command in this process on the open scene (saved first) or on a file; later words override earlier."""
+    pytest.importorskip("bpy")
+
+    def run(*words: str, file: Path | str | None = None, report: bool = True) -> Run:
+        import bpy
+        from occlusion_bake.addon.command import main
+
+        if file is None:
+            file = tmp_path / "scene.blend"
+            bpy.ops.wm.save_as_mainfile(filepath=str(file), check_existing=False)
+        folder = tmp_path / "out"
+        reporting = ("--report", str(folder / "report.json")) if report else ()
+        capfd.readouterr()
+        status = main([str(file), *SMALL, "--output", str(folder), *reporting, *words])
+        return Run(status, *capfd.readouterr(), folder)
+
+    return run
+
+
+@pytest.fixture
+def start(tmp_path: Path) -> Callable[..., subprocess.Popen[str]]:
+    """Start the command as a process of its own, as a person does: python -m occlusion_bake …, in an empty folder."""
+
+    def popen(*words: str, environment: dict[str, str] | None = None, **options: Any) -> subprocess.Popen[str]:
+        import occlusion_bake
+
+        home = str(Path(occlusion_bake.__path__[0]).absolute().parent)
+        path = os.pathsep.join(filter(None, (home, os.environ.get("PYTHONPATH", ""))))
+        return subprocess.Popen(
+            [sys.executable, "-m", "occlusion_bake", *words],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": path, **(environment or {})},
+            **options,
+        )
+
+    return popen

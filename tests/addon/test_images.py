@@ -1,0 +1,178 @@
+"""Baked maps as Blender images, and in materials."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from occlusion_bake.addon.images import hook_up, show_picture, store  # noqa: E402
+from occlusion_bake.core.bake import Baked, BakedMap  # noqa: E402
+
+pytestmark = pytest.mark.usefixtures("empty_scene")
+
+
+def baked(
+    name: str = "Thing", size: tuple[int, int] = (6, 4), maps: tuple[str, ...] = ("ao",), shift: float = 0
+) -> Baked:
+    """Every texel another value; size: width, height."""
+    values = (np.arange(size[0] * size[1], dtype=np.float32).reshape(size[::-1]) + np.float32(shift)) / 64
+    covered = np.ones_like(values, dtype=np.bool_)
+    each = BakedMap(values, covered, covered.astype(np.float32), 0.0, 0.5)
+    return Baked(name, *size, values.size, values.size, dict.fromkeys(maps, each))
+
+
+def pixels(image: Any) -> Any:
+    """(h, w, 4), row 0 at the top."""
+    values = np.empty(4 * image.size[0] * image.size[1], np.float32)
+    image.pixels.foreach_get(values)
+    return values.reshape(image.size[1], image.size[0], 4)[::-1]
+
+
+def material(name: str = "Paint") -> Any:
+    made = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0):
+        made.use_nodes = True
+    return made
+
+
+def base(material: Any) -> Any:
+    return material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
+
+
+def mix(material: Any) -> Any:
+    """The node that multiplies, which must be what the base colour comes from: its two colours and factor."""
+    (link,) = base(material).links
+    node = link.from_node
+    assert (node.type, node.data_type, node.blend_type) == ("MIX", "RGBA", "MULTIPLY")
+    assert node.inputs["Factor"].default_value == 1.0
+    return [socket for socket in node.inputs if socket.type == "RGBA"]
+
+
+def texture(material: Any) -> Any:
+    (link,) = mix(material)[1].links
+    assert link.from_node.type == "TEX_IMAGE"
+    return link.from_node
+
+
+# Images
+
+
+def test_an_image_holds_the_values_right_way_up() -> None:
+    result = baked()
+    image = store(result)["ao"]
+    assert tuple(image.size) == (6, 4) and image.is_float and image.packed_file is not None
+    assert image.colorspace_settings.name == "Non-Color" and image.colorspace_settings.is_data
+    np.testing.assert_array_equal(pixels(image)[..., :3], np.repeat(result.maps["ao"].values[..., None], 3, axis=2))
+    assert (pixels(image)[..., 3] == 1.0).all()
+
+
+def test_images_are_named_after_object_and_map() -> None:
+    images = store(baked(maps=("ao", "ro_10", "ro_2.5")))
+    assert [image.name for image in images.values()] == ["Thing AO", "Thing RO 10", "Thing RO 2.5"]
+
+
+def test_a_second_bake_goes_into_the_same_image() -> None:
+    first = store(baked())["ao"]
+    first.name = "Renamed by the artist"
+    again = store(baked(shift=1.0))["ao"]
+    assert again == first and len(bpy.data.images) == 1 and again.name == "Renamed by the artist"
+    np.testing.assert_array_equal(pixels(again)[..., 0], baked(shift=1.0).maps["ao"].values)
+
+
+def test_another_size_scales_the_image() -> None:
+    first = store(baked())["ao"]
+    again = store(baked(size=(3, 8)))["ao"]
+    assert again == first and tuple(again.size) == (3, 8)
+    np.testing.assert_array_equal(pixels(again)[..., 0], baked(size=(3, 8)).maps["ao"].values)
+
+
+def test_an_image_of_the_artists_of_that_name_is_left_alone() -> None:
+    theirs = bpy.data.images.new("Thing AO", 2, 2)
+    ours = store(baked())["ao"]
+    assert ours != theirs and tuple(theirs.size) == (2, 2)
+
+
+def test_images_survive_saving(tmp_path: Path) -> None:
+    store(baked())["ao"].use_fake_user = True
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
+    (image,) = (each for each in bpy.data.images if each.name == "Thing AO")
+    assert image.is_float and image.colorspace_settings.name == "Non-Color"
+    np.testing.assert_array_equal(pixels(image)[..., 0], baked().maps["ao"].values)
+    assert store(baked())["ao"] == image
+
+
+def test_a_picture_takes_the_place_of_the_last(tmp_path: Path) -> None:
+    source = bpy.data.images.new("Source", 4, 4)
+    source.filepath_raw, source.file_format = str(tmp_path / "picture.png"), "PNG"
+    source.save()
+    for _ in range(2):
+        shown = show_picture("Comparison", str(tmp_path / "picture.png"))
+        assert shown.name == "Comparison" and shown.packed_file is not None
+    assert len(bpy.data.images) == 2
+
+
+# Materials
+
+
+def test_the_ao_is_multiplied_into_the_base_colour(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    base(paint).default_value = (0.2, 0.4, 0.6, 1.0)
+    image = store(baked())["ao"]
+    hook_up(obj, image, None)
+    assert tuple(mix(paint)[0].default_value) == pytest.approx((0.2, 0.4, 0.6, 1.0))
+    assert texture(paint).image == image and not texture(paint).inputs["Vector"].is_linked
+
+
+def test_what_was_linked_to_the_base_colour_stays(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    noise = paint.node_tree.nodes.new("ShaderNodeTexNoise")
+    paint.node_tree.links.new(noise.outputs["Color"], base(paint))
+    hook_up(obj, store(baked())["ao"], None)
+    assert mix(paint)[0].links[0].from_node == noise
+
+
+def test_the_uv_map_that_was_baked_onto(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    hook_up(obj, store(baked())["ao"], "Charts")
+    node = texture(paint).inputs["Vector"].links[0].from_node
+    assert node.type == "UVMAP" and node.uv_map == "Charts"
+
+
+def test_again_only_the_image_is_exchanged(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    hook_up(obj, store(baked())["ao"], None)
+    count = len(paint.node_tree.nodes)
+    other = store(baked("Other"))["ao"]
+    hook_up(obj, other, None)
+    assert len(paint.node_tree.nodes) == count and texture(paint).image == other
+
+
+@pytest.mark.parametrize("slots", [0, 1, 2])
+def test_an_object_without_a_material_gets_one(make: Any, slots: int) -> None:
+    obj = make.plane()
+    for _ in range(slots):
+        obj.data.materials.append(None)
+    image = store(baked())["ao"]
+    hook_up(obj, image, None)
+    (made,) = bpy.data.materials
+    assert obj.material_slots[0].material == made and texture(made).image == image
+
+
+def test_every_material_of_the_object_is_hooked_up(make: Any) -> None:
+    obj = make.plane()
+    paints = [material("One"), material("Two")]
+    for paint in paints:
+        obj.data.materials.append(paint)
+    image = store(baked())["ao"]
+    hook_up(obj, image, None)
+    assert [texture(paint).image for paint in paints] == [image, image]
