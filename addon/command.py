@@ -19,7 +19,7 @@ import bpy
 from ..core.bake import Baked, Settings
 from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
-from ..core.report import Json, object_entry, whole_report, write_report
+from ..core.report import Json, object_entry, times_as_long, whole_report, write_report
 from ..core.scene import Instance
 from .arguments import parser, settings_of
 from .comparison import compare_with_cycles
@@ -169,9 +169,9 @@ class _Writer:
         finally:
             self.cycles_seconds += time.perf_counter() - start
         entry["cycles"] = cycles
-        ratio = cycles["seconds"] / entry["seconds"]["total"]
         _say(
-            f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {ratio:.1f} times as long; "
+            f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {times_as_long(entry):.1f} times as long "
+            f"for a sample as for a ray here; "
             f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}; {picture}"
         )
 

@@ -41,7 +41,8 @@ def _image(owner: str, name: str, width: int, height: int) -> bpy.types.Image:
         image[_MARK] = mark
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
-    image.colorspace_settings.name = "Non-Color"
+    if image.colorspace_settings.name != "Non-Color":  # setting it makes Blender read the packed file again
+        image.colorspace_settings.name = "Non-Color"
     return image
 
 
@@ -60,13 +61,15 @@ def _rgba(values: Floats) -> Floats:
 
 def show_picture(name: str, path: str) -> bpy.types.Image:
     """Load a picture under this name, in the place of an earlier one, and pack it: its file may go."""
-    old = bpy.data.images.get(name)
-    if old is not None and old.get(_MARK) == "picture":
-        bpy.data.images.remove(old)
     image = bpy.data.images.load(path)
-    image.name = name
     image[_MARK] = "picture"
     image.pack()
+    image.filepath_raw = ""
+    old = bpy.data.images.get(name)
+    if old is not None and old.get(_MARK) == "picture":
+        old.user_remap(image)  # open editors show the new one
+        bpy.data.images.remove(old)
+    image.name = name
     return image
 
 

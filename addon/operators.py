@@ -11,7 +11,7 @@ import bpy
 from ..core.bake import Baked
 from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
-from ..core.report import object_entry
+from ..core.report import object_entry, times_as_long
 from ..core.scene import Instance
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
@@ -97,7 +97,9 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
         with charts_on_trial(context.view_layer, options.objects, kept):
             kept += yield from chart_steps(context, replace(options, uv=CHARTS), progress, outcome)
         lines = outcome.notes or ["The charts made before still fit"]
-        add_lines(context, lines)
+        add_lines(context, [*lines, *outcome.refused])
+        for line in outcome.refused:
+            self.report({"WARNING"}, line)
         self.report({"INFO"}, lines[-1])
 
 
@@ -124,14 +126,16 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         cycles, ours = entry["cycles"], entry["seconds"]["total"]
         show_picture(f"{entry['name']} Comparison", cycles["picture"])
         lines = [
-            f"Occlusion Bake {ours:.2f} s, Cycles {cycles['seconds']:.2f} s: {cycles['seconds'] / ours:.1f} times",
+            f"Occlusion Bake {ours:.2f} s, {entry['rays'] // entry['texels']} rays",
+            f"Cycles {cycles['seconds']:.2f} s, {cycles['samples']} samples",
+            f"A sample takes {times_as_long(entry):.1f} times as long as a ray",
             f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}",
             f"Picture: {entry['name']} Comparison",
         ]
         if cycles["texels_of_another_triangle"]:
             lines.append(f"{cycles['texels_of_another_triangle']} texels show another triangle in Cycles")
         add_lines(context, lines)
-        self.report({"INFO"}, "; ".join(lines[:2]))
+        self.report({"INFO"}, "; ".join(lines[:4]))
 
 
 class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):

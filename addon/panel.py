@@ -15,7 +15,7 @@ from .operators import (
 )
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
-_FRAME, _LETTER = 72.0, 5.4
+_FRAME, _LETTER = 56.0, 5.7
 
 
 class _Sidebar:
@@ -61,20 +61,17 @@ class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
     bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Result"
 
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        return bool(context.window_manager.occlusion_bake.lines)
-
     def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column(align=True)
         column.scale_y = 0.8
-        for line in context.window_manager.occlusion_bake.lines.split("\n"):
+        lines = context.window_manager.occlusion_bake.lines or "None yet"
+        for line in lines.split("\n"):
             for part in wrap(line, _letters(context), subsequent_indent="   "):
                 column.label(text=part)
 
 
 def _letters(context: bpy.types.Context) -> int:
-    """How many letters of ordinary text a line in a box holds, as the sidebar is wide now."""
+    """How many letters of ordinary text a line holds, as the sidebar is wide now."""
     width = context.region.width / context.preferences.system.ui_scale
     return max(int((width - _FRAME) / _LETTER), 16)
 

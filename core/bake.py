@@ -24,6 +24,7 @@ from .tracer import Rays, Sums, trace
 
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
+MAX_THREADS = 1024
 
 _TEXELS, _BUILD, _TRACE = (0.0, 0.02), (0.02, 0.05), (0.05, 1.0)  # of the time an object takes, for the progress bar
 
@@ -56,8 +57,10 @@ class Settings:
             raise InputError(f"rays {self.rays}: give 1 to {MAX_RAYS}")
         if self.distance is not None and not (math.isfinite(self.distance) and self.distance > 0.0):
             raise InputError(f"distance {self.distance:g}: give a number above 0, or none for no limit")
-        if self.margin < 0 or self.threads < 0:
-            raise InputError(f"margin {self.margin}, threads {self.threads}: neither may be negative")
+        if not 0 <= self.margin <= MAX_SIZE:
+            raise InputError(f"margin {self.margin}: give 0 to {MAX_SIZE} texels")
+        if not 0 <= self.threads <= MAX_THREADS:
+            raise InputError(f"threads {self.threads}: give 1 to {MAX_THREADS}, or 0 for all")
 
     @property
     def reach(self) -> float:

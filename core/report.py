@@ -51,6 +51,14 @@ def comparison_entry(comparison: Comparison, samples: int, seconds: float, other
     }
 
 
+def times_as_long(entry: Json) -> float:
+    """How much longer a sample takes Cycles than a ray takes here, all stages of both counted: the two seldom take as
+    many."""
+    rays = entry["rays"] / max(entry["texels"], 1)
+    cycles = entry["cycles"]
+    return float(cycles["seconds"] / cycles["samples"] / (entry["seconds"]["total"] / rays))
+
+
 def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float], objects: Iterable[Json]) -> Json:
     """The report of one run. seconds: what several objects share, and `total`."""
     return {

@@ -1,4 +1,4 @@
-"""Checks on the native kernel: `tidy` (warnings, symbols, layout, clang-tidy; all errors) and `sanitize` (its own tests)."""
+"""Checks on the kernel: `tidy` (warnings, symbols, layout, clang-tidy; all errors) and `sanitize` (its own tests)."""
 
 from __future__ import annotations
 

@@ -91,6 +91,16 @@ def test_a_comparison_is_in_the_report_and_not_in_the_time(bake: Any, make: Any)
     assert floor["seconds"]["total"] <= report["seconds"]["total"]
 
 
+def test_one_that_cycles_would_not_bake_does_not_stop_the_others(bake: Any, make: Any) -> None:
+    make.plane("Speck", uv=((0.01, 0.01), (0.012, 0.01), (0.012, 0.012), (0.01, 0.012)))
+    make.plane("Floor", location=(0, 0, 1))
+    run = bake("--objects", "Speck", "Floor", "--compare-cycles", "1")
+    assert run.status == 2 and run.complaint.startswith("1 of 2 objects not compared; Speck: ")
+    assert {"Speck_ao.png", "Floor_ao.png"} <= set(run.files)
+    speck, floor = run.report["objects"]
+    assert "cycles" not in speck and floor["cycles"]["samples"] == 1
+
+
 def test_the_image_says_what_was_baked(bake: Any, make: Any) -> None:
     floor_and_wall(make)
     bpy.ops.object.camera_add(location=(0, 0, 5))
@@ -546,7 +556,10 @@ def test_ctrl_c_before_the_bake(make: Any, tmp_path: Path, capfd: Any, monkeypat
     assert capfd.readouterr().err == "occlusion_bake: cancelled\n"
 
 
-def test_ctrl_c_while_a_result_is_delivered(bake: Any, make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("objects", [("One",), ("One", "Two")])
+def test_ctrl_c_while_a_result_is_delivered(
+    bake: Any, make: Any, monkeypatch: pytest.MonkeyPatch, objects: tuple[str, ...]
+) -> None:
     """As in Cycles' part of a comparison, which holds the main thread."""
     from occlusion_bake.addon import command
 
@@ -556,8 +569,8 @@ def test_ctrl_c_while_a_result_is_delivered(bake: Any, make: Any, monkeypatch: p
 
     compare = command.compare_with_cycles
     monkeypatch.setattr(command, "compare_with_cycles", interrupted)
-    make.plane("One")
-    make.plane("Two", location=(0, 0, 3))
+    for place, name in enumerate(objects):
+        make.plane(name, location=(0, 0, place))
     run = bake("--compare-cycles", "1")
     assert (run.status, run.complaint) == (3, "cancelled")
     assert [name for name in run.files if name.endswith("_ao.png")] == ["One_ao.png"]

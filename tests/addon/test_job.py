@@ -84,6 +84,7 @@ def test_collections_that_do_not_render(make: Any) -> None:
     move(make.plane("C"), inner)
     move(make.plane("D"), excluded)
     move(make.plane("E"), hidden, shown)
+    move(make.plane("F"), hidden, excluded)
     assert seen() == {"A", "E"}
 
 

@@ -165,6 +165,39 @@ static void test_places_stay_on_the_triangle() {
   }
 }
 
+// Where a triangle covers texels in part, the points of their rays are spread over that part.
+static void test_feet_lie_on_the_covered_part() {
+  const float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  const int32_t triangle[] = {0, 1, 2};
+  const float uv[] = {0.1F, 0.1F, 0.95F, 0.3F, 0.4F, 0.9F};
+  const std::vector<int32_t> owner(64, 0);
+  const ob_surface surface{vertices, triangle, uv, nullptr, owner.data(), 3, 1, 8, 8};
+  const ob::TexelTriangle where(uv, 8, 8);
+  int partly = 0;
+  for (int i = 0; i < ob::kGroups * kLanes; ++i) {
+    Group group{};
+    CHECK_EQUAL(ob::gather(surface, 0, 0, i / kLanes, {4, 3, 17}, ob::kBaselinePackets, group), kLanes);
+    const int lane = i % kLanes;
+    const ob::Texel texel = ob::texel_of(0, 0, i / kLanes, lane);
+    const double covered = ob::area(ob::clip_to_texel(where, texel.x, texel.y));
+    if (covered == 0.0) {
+      continue;
+    }
+    partly += covered < 1.0 ? 1 : 0;
+    for (int foot = 0; foot < kFeet; ++foot) { // barycentric weights, before they are rounded onto the triangle
+      const double x = group.foot_x[foot][lane];
+      const double y = group.foot_y[foot][lane];
+      const auto weight = [&](const Lanes *w) {
+        return double{w[0][lane]} + x * double{w[1][lane]} + y * double{w[2][lane]};
+      };
+      CHECK(x >= 0.0 && x <= 1.0 && y >= 0.0 && y <= 1.0);
+      CHECK(weight(group.weight1) >= -1e-6 && weight(group.weight2) >= -1e-6);
+      CHECK(weight(group.weight1) + weight(group.weight2) <= 1.0 + 1e-6);
+    }
+  }
+  CHECK(partly > 10);
+}
+
 // An Embree that blocks what goes down by more than the slope, within reach.
 constexpr float kSlope = -0.25F;
 static int rays_asked;
@@ -288,6 +321,7 @@ int main() {
   test_mirror();
   test_feet_lie_one_in_each_cell();
   test_places_stay_on_the_triangle();
+  test_feet_lie_on_the_covered_part();
   test_sums_in_every_width_and_instruction_set();
   test_lanes_are_in_morton_order();
 }

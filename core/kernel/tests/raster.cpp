@@ -176,6 +176,14 @@ static void test_of_equals_the_later() {
   CHECK_EQUAL(coverage.report.overlapped, 64);
 }
 
+static void test_a_small_overlap_is_counted() {
+  std::vector<float> uv = unit_square();
+  uv.insert(uv.end(), {0.05F, 0.05F, 0.1F, 0.05F, 0.05F, 0.1F}); // a fiftieth of the first texel from the bottom
+  const Result r = rasterize({4, 4, uv, {}}, OB_RULE_COVERAGE);
+  CHECK_EQUAL(r.report.overlapped, 1);
+  CHECK_EQUAL(*std::max_element(r.coverage.begin(), r.coverage.end()), 1.0F);
+}
+
 static void test_the_top_row_is_v_1() {
   const Result r = rasterize({4, 4, {0, 1, 1, 1, 0, 0.75F}, {}}, OB_RULE_COVERAGE);
   for (size_t i = 0; i < 16; ++i) {
@@ -314,6 +322,7 @@ int main() {
   test_random_cases();
   test_a_square_covers_every_texel_once();
   test_of_equals_the_later();
+  test_a_small_overlap_is_counted();
   test_the_top_row_is_v_1();
   test_touched_texels_count();
   test_skipped_triangles_are_as_if_absent();

@@ -216,7 +216,7 @@ static void test_sums_and_halves_face_away_together(const Device &device) {
     floor.normals.push_back(lean);
   }
   const Scene scene = scene_of(device, {});
-  ob_trace_settings settings = settings_of(600);
+  ob_trace_settings settings = settings_of(2);
   settings.viewer[0] = 30.0F;
   settings.viewer[2] = 1.0F;
   const Sums sums = trace(scene, floor, settings, {{OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0}});
@@ -343,6 +343,13 @@ static Mesh many_triangles() {
   return mesh;
 }
 
+static void test_cancel_of_a_small_build(const Device &device) {
+  ob_control control{1, 0, 0, 0};
+  const Scene scene = begin_scene(device);
+  must(add(scene, square(0.0F, 1.0F)));
+  CHECK_EQUAL(ob_scene_commit(scene.get(), &control), OB_CANCELLED);
+}
+
 static void test_cancel_of_a_build(const Device &device) {
   const Mesh mesh = many_triangles();
   ob_control control{1, 0, 0, 0};
@@ -418,6 +425,7 @@ int main(int argc, char **argv) {
   test_vertices_that_are_not_finite(device);
   test_degenerate_triangles(device);
   test_cancel_during_a_trace(device);
+  test_cancel_of_a_small_build(device);
   test_cancel_of_a_build(device);
   test_visible(device);
 }
