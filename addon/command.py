@@ -170,8 +170,8 @@ class _Writer:
             self.cycles_seconds += time.perf_counter() - start
         entry["cycles"] = cycles
         _say(
-            f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {times_as_long(entry):.1f} times as long "
-            f"for a sample as for a ray here; "
+            f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {times_as_long(entry):.1f} times as "
+            "long for a sample as for a ray here; "
             f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}; {picture}"
         )
 

@@ -126,8 +126,8 @@ class OCCLUSION_BAKE_PT_cycles(_Sidebar, bpy.types.Panel):
         layout = self.layout
         layout.use_property_split = True
         layout.use_property_decorate = False
-        layout.prop(context.scene.occlusion_bake, "cycles_samples")
-        layout.operator(OCCLUSION_BAKE_OT_compare.bl_idname, icon="MOD_OPACITY")
+        layout.prop(context.scene.occlusion_bake, "cycles_samples", text="Samples")
+        layout.operator(OCCLUSION_BAKE_OT_compare.bl_idname, text="Compare", icon="MOD_OPACITY")
 
 
 CLASSES = (
