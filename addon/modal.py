@@ -13,7 +13,7 @@ from .runner import Runner, Steps, run
 from .settings import show_lines
 
 _TICK = 0.05  # seconds between two looks at the work
-_SHOWN = 0.2  # and between two drawings of how far it is, which can cost more than the look
+_SHOWN = 0.3  # and between two drawings of how far it is, which can cost more than the look
 
 _FORESEEN = (InputError, Cancelled, MemoryError, RuntimeError, ReferenceError)
 

@@ -19,7 +19,7 @@ from ..core.progress import Progress
 
 Steps = Generator[Callable[[], Any], Any, None]
 
-_NICE = 15  # of 19: the window is drawn first, also where that takes the processor, and the bake gets nearly all else
+_NICE = 10  # of 19: the window is drawn first, even in software, and the bake gets nearly all else
 
 
 class Runner:

@@ -1,12 +1,14 @@
 """Runs inside Blender, or Blender as a module, for try_extension.py: `-- VERB [ARGUMENT…]`, several parted by `--`.
 
 install ZIP: install and enable the extension. check FOLDER: its wheels import, from within FOLDER. scene FILE: save a
-small scene. command FILE ARGUMENT…: call the extension's command on FILE. operator: bake the default cube.
+small scene. command FILE ARGUMENT…: call the extension's command on FILE. operator: bake the default cube. charts: bake
+it without its UV map, which is refused with one line where there is no xatlas.
 """
 
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import sys
 from collections.abc import Callable
 from itertools import groupby
@@ -63,12 +65,30 @@ def operator() -> None:
     print(f"the operator left {', '.join(f'{image.name} {tuple(image.size)}' for image in left)}")
 
 
+def charts() -> None:
+    """The operator makes a UV map where there is none, or says in one line why it cannot."""
+    cube = bpy.data.objects["Cube"]
+    bpy.context.view_layer.objects.active = cube
+    for layer in list(cube.data.uv_layers):
+        cube.data.uv_layers.remove(layer)
+    try:
+        bpy.ops.occlusion_bake.bake()
+    except RuntimeError as refusal:
+        said = str(refusal).removeprefix("Error: ").strip()
+        if importlib.util.find_spec("xatlas") is not None or "\n" in said or "xatlas" not in said:
+            raise SystemExit(f"a mesh without UVs was refused: {said}") from refusal
+        print(f"without xatlas: {said}")
+        return
+    print(f"the operator made the UV map {cube.data.uv_layers[0].name}")
+
+
 VERBS: dict[str, Callable[..., None]] = {
     "install": install,
     "check": check,
     "scene": scene,
     "command": command,
     "operator": operator,
+    "charts": charts,
 }
 
 

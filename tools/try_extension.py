@@ -56,7 +56,7 @@ def try_blender(archive: Path, blender: Sequence[str], work: Path) -> None:
     run(*inside, "check", str(work), "--", "scene", str(scene))
     run("-b", str(scene), "-c", "occlusion_bake", *BAKE, "--output", str(output), "--report", str(report))
     check_bake(output, report)
-    run(*inside, "operator")
+    run(*inside, "operator", "--", "charts")
 
 
 def try_module(archive: Path, python: str, work: Path) -> None:
@@ -65,7 +65,7 @@ def try_module(archive: Path, python: str, work: Path) -> None:
     alone = work / "alone"
     alone.mkdir()
     call([python, str(TOOLS / "link_bpy.py"), str(alone)], work / "profile")
-    steps = [["install", str(archive)], ["check", str(work)], ["operator"], ["scene", str(scene)]]
+    steps = [["install", str(archive)], ["check", str(work)], ["operator"], ["charts"], ["scene", str(scene)]]
     steps += [["command", str(scene), *BAKE, "--output", str(output), "--report", str(report)]]
     words = [word for step in steps for word in ["--", *step]]
     call([python, "-S", INSIDE, *words], work / "profile", PYTHONPATH=str(alone))
