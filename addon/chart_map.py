@@ -10,8 +10,8 @@ import bpy
 import numpy as np
 
 from ..core.scene import Floats
-from .job import _FINGERPRINT as FINGERPRINT
 from .job import CHART_MAP
+from .job import FINGERPRINT as FINGERPRINT
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from .runner import Steps
 
 CHARTS = "charts"  # as the UV map of the options: make one
 CHART_MAP = "Occlusion Bake"  # and what it is called
-_FINGERPRINT = "occlusion_bake_charts"
+FINGERPRINT = "occlusion_bake_charts"
 _PADDING = 4
 
 
@@ -151,7 +151,7 @@ def _chart(
     obj = synced(context.view_layer)[name]
     base = base_triangles(context, obj)
     mark = _fingerprint(base, size)
-    if obj.data.get(_FINGERPRINT) == mark and CHART_MAP in obj.data.uv_layers:
+    if obj.data.get(FINGERPRINT) == mark and CHART_MAP in obj.data.uv_layers:
         return None
     _refuse_linked(obj)
     charts: Charts = yield lambda: unwrap_apart(
@@ -164,7 +164,7 @@ def _chart(
     if obj is None or _fingerprint(base_triangles(context, obj), size) != mark:
         raise InputError(f"{name}: it was changed while its charts were made; start again")
     write_uv(context, obj, CHART_MAP, charts.uv, base.loops)
-    obj.data[_FINGERPRINT] = mark
+    obj.data[FINGERPRINT] = mark
     return charts
 
 

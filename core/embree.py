@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 from .errors import InputError
-from .kernel_api import DeviceInfo, check, library
+from .kernel_api import DeviceInfo, check, library, release_with
 
 OVERRIDE = "OCCLUSION_BAKE_EMBREE"  # a path; nothing else is tried then
 _NAMES = {"win32": "embree4*.dll", "darwin": "libembree4*.dylib"}
@@ -26,14 +26,10 @@ class Device:
         handle, info = c_void_p(), DeviceInfo()
         check(library().ob_device_open(os.fsencode(path), threads, byref(handle), byref(info)))
         self.handle = handle
+        release_with(self, "ob_device_close", handle)
         self.path = path
         self.version = ".".join(str(part) for part in info.version)
         self.native_width = int(info.native_width)
-
-    def __del__(self) -> None:
-        if getattr(self, "handle", None):
-            library().ob_device_close(self.handle)
-            self.handle = c_void_p()
 
     @property
     def description(self) -> str:

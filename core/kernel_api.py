@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import weakref
 from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_float, c_int32, c_int64, c_uint8, c_uint64, c_void_p
 from functools import cache
 from typing import Any
@@ -121,6 +122,11 @@ def check(status: int) -> None:
     if status == OUT_OF_MEMORY:
         raise MemoryError(message)
     raise RuntimeError(message)
+
+
+def release_with(owner: object, release: str, handle: c_void_p) -> None:
+    """Release a handle when its owner is gone; at the end of the process the system takes it."""
+    weakref.finalize(owner, getattr(library(), release), handle).atexit = False
 
 
 def address(array: NDArray[Any] | None, dtype: type) -> int | None:

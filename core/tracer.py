@@ -26,10 +26,7 @@ class Geometry:
             device.handle, *_mesh(vertices, triangles), _pointer(control), byref(self.handle)
         )
         api.check(status)
-
-    def __del__(self) -> None:
-        if getattr(self, "handle", None):
-            api.library().ob_mesh_free(self.handle)
+        api.release_with(self, "ob_mesh_free", self.handle)
 
 
 class TraceScene:
@@ -39,10 +36,7 @@ class TraceScene:
         self.device = device
         self.handle = c_void_p()
         api.check(api.library().ob_scene_begin(device.handle, byref(self.handle)))
-
-    def __del__(self) -> None:
-        if getattr(self, "handle", None):
-            api.library().ob_scene_free(self.handle)
+        api.release_with(self, "ob_scene_free", self.handle)
 
     def add(self, vertices: Floats, triangles: Ints) -> None:
         """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32."""
