@@ -17,7 +17,7 @@ import bpy
 from ..addon.cycles import bake_ao
 from ..addon.leave import leave
 from ..core.bake import Settings
-from ..core.embree import OVERRIDE
+from ..core.embree import OVERRIDE, candidates
 from ..samples.scenes import build
 from .ours import bake_here
 
@@ -67,8 +67,7 @@ def _short(description: str) -> str:
 
 
 def _blender_embree() -> str:
-    found = sorted((Path(bpy.__file__).parent / "lib").glob("libembree4*"))
-    return str(found[0]) if found else ""
+    return next((path for path in candidates() if "bpy" in Path(path).parts), "")
 
 
 def _cycles() -> float:
