@@ -40,7 +40,6 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
 
 def page(result: dict[str, Any]) -> list[str]:
     """The section of the page."""
-    median = {name: statistics.median(times) for name, times in result["runs"].items()}
     lines = [
         "## Speed at equal samples",
         "",
@@ -54,8 +53,10 @@ def page(result: dict[str, Any]) -> list[str]:
     ]
     names = {"ours": "Occlusion Bake", "ours_avx2": "Occlusion Bake, Blender's Embree", "cycles": "Cycles"}
     for name, times in result["runs"].items():
-        runs = ", ".join(f"{each:.2f}" for each in times)
-        lines.append(f"| {names[name]} | {median[name]:.2f} | {runs} | {median['cycles'] / median[name]:.1f} |")
+        done = [turn for turn, each in enumerate(times) if each is not None]  # a row may have sat out a round
+        median, cycles = (statistics.median(each[turn] for turn in done) for each in (times, result["runs"]["cycles"]))
+        runs = ", ".join(f"{times[turn]:.2f}" for turn in done)
+        lines.append(f"| {names[name]} | {median:.2f} | {runs} | {cycles / median:.1f} |")
     lines += ["", *(f"{names[name]}: Embree {_short(text)}." for name, text in result["embree"].items())]
     return lines
 
