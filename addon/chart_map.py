@@ -10,8 +10,7 @@ import bpy
 import numpy as np
 
 from ..core.scene import Floats
-from .job import CHART_MAP
-from .job import FINGERPRINT as FINGERPRINT
+from .job import CHART_MAP, FINGERPRINT
 
 
 @dataclass(frozen=True, eq=False)
