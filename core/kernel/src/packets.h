@@ -12,7 +12,7 @@
 namespace ob {
 
 constexpr int kLanes = 16; // texels of a group: a 4 x 4 block, in Morton order
-constexpr int kFeet = 16;  // footprint points of a texel in one chunk of rays, at most
+constexpr int kFeet = 36;  // footprint points of a texel in one chunk of rays, at most
 
 // Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set.
 using Lanes = float __attribute__((vector_size(4 * kLanes)));
@@ -61,6 +61,12 @@ struct Packet {
   const float *directions; // x, y, z of sixteen lanes each, a ray
   const float *weights;    // of sixteen lanes a ray; NULL: all 1
   const uint8_t *foot;     // a ray's footprint point
+  const uint16_t *halves;  // a bit a lane, set where the ray is of the lane's first half
+};
+
+// What the rays of one packet add to their texels.
+struct PacketSums {
+  Lanes all, first_half;
 };
 
 // One instruction set's build of the steps.
@@ -70,7 +76,7 @@ struct PacketCode {
   void (*place)(const Group &, int feet, Frames &);
   void (*aim)(const Viewer &, int feet, float cos_turn, float sin_turn, Frames &);
   // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
-  void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, Lanes &sums,
+  void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, PacketSums &,
                    int64_t &embree_cycles);
 };
 

@@ -111,6 +111,13 @@ inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene,
   embree.occluded16(valid, scene, rays, args);
 }
 
+// Bit l to lane l.
+LaneMask to_lanes(uint16_t bits) {
+  constexpr LaneBits kBit = {1U << 0, 1U << 1, 1U << 2,  1U << 3,  1U << 4,  1U << 5,  1U << 6,  1U << 7,
+                             1U << 8, 1U << 9, 1U << 10, 1U << 11, 1U << 12, 1U << 13, 1U << 14, 1U << 15};
+  return (kBit & (LaneBits{} + bits)) != 0U;
+}
+
 Lanes load(const float *from) {
   Lanes lanes;
   __builtin_memcpy(&lanes, from, sizeof(lanes));
@@ -163,13 +170,13 @@ template <int W> void prepare(Rays<W> *rays) {
 }
 
 template <int W>
-void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, Lanes &sums,
+void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, PacketSums &sums,
            int64_t &embree_cycles) {
   Rays<W> rays[kLanes / W];
   prepare<W>(rays);
   RTCOccludedArguments arguments{RTC_RAY_QUERY_FLAG_COHERENT, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE,
                                  nullptr, nullptr, nullptr};
-  Lanes total{};
+  PacketSums total{};
   alignas(64) int32_t valid[kLanes];
   for (int32_t k = 0; k < packet.rays; ++k) {
     const Lanes3 direction = make_rays<W>(packet, group, frames, k, rays);
@@ -184,7 +191,9 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
     const LaneMask seen = wanted & (get<W>(rays, &Rays<W>::tfar) >= 0.0F);
     const Lanes weight =
         packet.weights == nullptr ? all(1.0F) : load(packet.weights + static_cast<int64_t>(k) * kLanes);
-    total += seen ? weight : Lanes{};
+    const Lanes counted = seen ? weight : Lanes{};
+    total.all += counted;
+    total.first_half += to_lanes(packet.halves[k]) ? counted : Lanes{};
   }
   sums = total;
 }

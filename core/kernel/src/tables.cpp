@@ -82,6 +82,7 @@ constexpr uint32_t spread(uint32_t x) { // 16 bits to the even ones
 
 struct Drawn {
   uint32_t cell; // Morton code of the cell of the square, from the points' leading bits
+  bool first_half;
   Point4 point;
 };
 
@@ -99,13 +100,13 @@ std::vector<Drawn> draw(const Plan &plan, uint32_t seed, uint32_t morton, Chunk 
     const Point4 point = scrambled_sobol(index, seed);
     const uint32_t x = bits_x == 0 ? 0 : point.x[0] >> (32 - bits_x);
     const uint32_t y = bits_y == 0 ? 0 : point.x[1] >> (32 - bits_y);
-    drawn[static_cast<size_t>(i)] = {spread(x) | (spread(y) << 1), point};
+    drawn[static_cast<size_t>(i)] = {spread(x) | (spread(y) << 1), chunk.first + i < plan.rays / 2, point};
   }
   std::stable_sort(drawn.begin(), drawn.end(), [](const Drawn &a, const Drawn &b) { return a.cell < b.cell; });
   return drawn;
 }
 
-// The footprint's cell that the third and fourth dimension fall into: side x side of them, side 1, 2 or 4.
+// The footprint's cell that the third and fourth dimension fall into: side x side of them.
 uint8_t foot_of(const Point4 &point, int32_t side) {
   const auto cell = [&](uint32_t x) { return static_cast<int32_t>((uint64_t{x} * static_cast<uint64_t>(side)) >> 32); };
   return static_cast<uint8_t>(cell(point.x[2]) + side * cell(point.x[3]));
@@ -140,6 +141,7 @@ void fill_group(const Plan &plan, uint32_t seed, int group, size_t base, Chunk c
     const std::vector<Drawn> drawn = draw(plan, seed, morton, chunk);
     for (size_t k = 0; k < drawn.size(); ++k) {
       store(target, drawn[k], base + k, lane);
+      schedule.halves[base + k] |= static_cast<uint16_t>((drawn[k].first_half ? 1U : 0U) << lane);
       if (lane == 0) {
         schedule.foot[base + k] = foot_of(drawn[k].point, plan.side);
       }
@@ -156,11 +158,15 @@ Plan plan_rays(int32_t rays, uint64_t seed) {
   }
   // What all tiles share never averages out; so many sets that it stays below the noise (and 16 at least).
   const int32_t sets = std::max(16, 4096 / stride);
-  const int32_t side = rays < 4 ? 1 : (rays < 16 ? 2 : 4); // about as many points as a half has rays
+  // About a point for two rays, and 6 x 6 at most: more of them gain nothing that shows.
+  const int32_t side = rays < 4 ? 1 : (rays < 16 ? 2 : (rays < 128 ? 4 : 6));
   return {rays, stride, sets, side, mix(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32))};
 }
 
 std::vector<Chunk> chunks_of(const Plan &plan) {
+  if (plan.rays <= kChunk) {
+    return {{0, plan.rays}};
+  }
   std::vector<Chunk> chunks;
   const int32_t half = plan.rays / 2;
   for (int32_t first = 0; first < plan.rays;) {
@@ -178,6 +184,7 @@ void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_
   schedule.sets = plan.sets;
   schedule.rays = chunk.count;
   schedule.foot.assign(rays, 0);
+  schedule.halves.assign(rays, 0);
   tables.resize(static_cast<size_t>(map_count));
   for (int32_t m = 0; m < map_count; ++m) {
     Table &table = tables[static_cast<size_t>(m)];

@@ -28,8 +28,9 @@ struct Table {
 // What all maps share.
 struct Schedule {
   int32_t sets = 0;
-  int32_t rays = 0;          // a texel, in this chunk
-  std::vector<uint8_t> foot; // which footprint point the rays of a group start from
+  int32_t rays = 0;             // a texel, in this chunk
+  std::vector<uint8_t> foot;    // which footprint point the rays of a group start from
+  std::vector<uint16_t> halves; // a bit a lane: the ray is one of the first half of its texel's
 };
 
 // The plan of a bake's rays: how many in all, in which chunks.
@@ -37,12 +38,12 @@ struct Plan {
   int32_t rays;   // a texel
   int32_t stride; // N': points reserved for a texel
   int32_t sets;
-  int32_t side; // a chunk's footprint points: side x side of them, at most 4 x 4
+  int32_t side; // a chunk's footprint points: side x side of them, at most 6 x 6
   uint32_t seed;
 };
 
-// A run of the texels' rays that is traced in one go. The two halves of the rays are never in one chunk, so that their
-// difference tells of the error; within a half each chunk is a net as far as powers of two allow.
+// A run of the texels' rays that is traced in one go: all of them, or a part of one half. The two halves, whose
+// difference tells of the error, are summed apart even so; sorted together their packets are more coherent.
 struct Chunk {
   int32_t first, count;
 };

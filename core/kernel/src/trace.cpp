@@ -92,8 +92,7 @@ public:
   Worker(const Job &job, size_t chunk, const Schedule &schedule, const std::vector<Table> &tables)
       : job_(job), schedule_(schedule), tables_(tables), code_(choose_code(job.settings.packet_width)),
         trace_(choose_trace(code_, job.settings.packet_width)),
-        feet_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)},
-        first_half_(job.chunks[chunk].first + job.chunks[chunk].count <= job.plan.rays / 2) {}
+        feet_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)} {}
 
   void bake_tile(int32_t tile) {
     const int32_t x = tile % job_.tiles_wide;
@@ -143,8 +142,9 @@ private:
                         below,
                         table.directions.data() + first * 3 * kLanes,
                         weights,
-                        schedule_.foot.data() + first};
-    Lanes sums{};
+                        schedule_.foot.data() + first,
+                        schedule_.halves.data() + first};
+    PacketSums sums{};
     trace_(packet, group_, frames_, active, sums, embree_cycles_);
     store(index, tile_x, tile_y, group, active, sums);
   }
@@ -164,7 +164,7 @@ private:
     return group_.active & (toward > 0.0F);
   }
 
-  void store(int32_t map, int32_t tile_x, int32_t tile_y, int group, const LaneMask &traced, const Lanes &sums) {
+  void store(int32_t map, int32_t tile_x, int32_t tile_y, int group, const LaneMask &traced, const PacketSums &sums) {
     float *half = job_.halves == nullptr ? nullptr : job_.halves[map];
     for (int lane = 0; lane < kLanes; ++lane) {
       if (group_.active[lane] == 0) {
@@ -172,13 +172,15 @@ private:
       }
       const Texel place = texel_of(tile_x, tile_y, group, lane);
       const int64_t texel = static_cast<int64_t>(place.y) * job_.surface.width + place.x;
-      float &sum = job_.sums[map][texel];
-      sum = traced[lane] == 0 || sum < 0.0F ? -1.0F : sum + sums[lane];
-      if (half != nullptr && (first_half_ || sum < 0.0F)) {
-        half[texel] = sum;
+      add(job_.sums[map][texel], traced[lane] != 0, sums.all[lane]);
+      if (half != nullptr) {
+        add(half[texel], traced[lane] != 0, sums.first_half[lane]);
       }
     }
   }
+
+  // A texel with its back to the viewer in one chunk has no value.
+  static void add(float &sum, bool traced, float more) { sum = traced && sum >= 0.0F ? sum + more : -1.0F; }
 
   const Job &job_;
   const Schedule &schedule_;
@@ -186,7 +188,6 @@ private:
   const PacketCode &code_;
   TraceFunction trace_;
   Feet feet_;
-  bool first_half_;
   size_t set_ = 0;
   float cos_turn_ = 1.0F;
   float sin_turn_ = 0.0F;

@@ -2,6 +2,7 @@
 #include "packets.h"
 
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include "checks.h"
@@ -68,7 +69,7 @@ static ob::Viewer viewer(bool reflected, bool orthographic) {
 static Frames frames_of(const PacketCode &code, Group &group, const ob::Viewer &from) {
   Frames frames;
   std::memset(static_cast<void *>(&frames), 0, sizeof(frames));
-  code.spread_feet(group, 4, 0x12345678U, 0x9abcdef0U);
+  code.spread_feet(group, 6, 0x12345678U, 0x9abcdef0U);
   code.place(group, kFeet, frames);
   code.aim(from, kFeet, 0.6F, 0.8F, frames);
   return frames;
@@ -140,7 +141,7 @@ static void test_mirror() {
 }
 
 static void test_feet_lie_one_in_each_cell() {
-  for (const int side : {1, 2, 4}) {
+  for (const int side : {1, 2, 4, 6}) {
     Group group = random_group(3);
     ob::kBaselinePackets.spread_feet(group, side, 77U, 0xffffffffU);
     for (int foot = 0; foot < side * side; ++foot) {
@@ -176,7 +177,7 @@ static void test_feet_lie_on_the_covered_part() {
   int partly = 0;
   for (int i = 0; i < ob::kGroups * kLanes; ++i) {
     Group group{};
-    CHECK_EQUAL(ob::gather(surface, 0, 0, i / kLanes, {4, 3, 17}, ob::kBaselinePackets, group), kLanes);
+    CHECK_EQUAL(ob::gather(surface, 0, 0, i / kLanes, {6, 3, 17}, ob::kBaselinePackets, group), kLanes);
     const int lane = i % kLanes;
     const ob::Texel texel = ob::texel_of(0, 0, i / kLanes, lane);
     const double covered = ob::area(ob::clip_to_texel(where, texel.x, texel.y));
@@ -229,6 +230,7 @@ static ob::Embree blocking_embree() {
 struct Rays {
   std::vector<float> directions, weights;
   std::vector<uint8_t> foot;
+  std::vector<uint16_t> halves;
 };
 
 static Rays random_rays(int count) {
@@ -246,13 +248,16 @@ static Rays random_rays(int count) {
     }
     rays.directions.insert(rays.directions.end(), &d[0][0], &d[0][0] + 3 * kLanes);
     rays.foot.push_back(static_cast<uint8_t>(random.below(kFeet)));
+    rays.halves.push_back(static_cast<uint16_t>(random.below(1 << kLanes)));
   }
   return rays;
 }
 
-// The sum of one lane, ray by ray; counts the rays that must be asked for.
-static float expected_sum(const Group &group, const Frames &f, const ob::Packet &packet, int lane, int &asked) {
+// The sums of one lane, ray by ray; counts the rays that must be asked for.
+static std::pair<float, float> expected_sums(const Group &group, const Frames &f, const ob::Packet &packet, int lane,
+                                             int &asked) {
   float sum = 0.0F;
+  float first_half = 0.0F;
   for (int k = 0; k < packet.rays && group.active[lane] != 0; ++k) {
     const int foot = packet.foot[k];
     const float *d = packet.directions + 3 * kLanes * k + lane;
@@ -267,9 +272,12 @@ static float expected_sum(const Group &group, const Frames &f, const ob::Packet 
       continue;
     }
     ++asked;
-    sum += direction.z[lane] < kSlope ? 0.0F : (packet.weights == nullptr ? 1.0F : packet.weights[k * kLanes + lane]);
+    const float counted =
+        direction.z[lane] < kSlope ? 0.0F : (packet.weights == nullptr ? 1.0F : packet.weights[k * kLanes + lane]);
+    sum += counted;
+    first_half += ((packet.halves[k] >> lane) & 1) != 0 ? counted : 0.0F;
   }
-  return sum;
+  return {sum, first_half};
 }
 
 static void check_traced(const PacketCode &code, int index, bool below, bool weighted) {
@@ -277,16 +285,24 @@ static void check_traced(const PacketCode &code, int index, bool below, bool wei
   const Rays rays = random_rays(100);
   Group group = random_group(6);
   const Frames frames = frames_of(code, group, viewer(true, true));
-  const ob::Packet packet{
-      &embree,         nullptr, 12.0F, 100, below, rays.directions.data(), weighted ? rays.weights.data() : nullptr,
-      rays.foot.data()};
-  Lanes sums{};
+  const ob::Packet packet{&embree,
+                          nullptr,
+                          12.0F,
+                          100,
+                          below,
+                          rays.directions.data(),
+                          weighted ? rays.weights.data() : nullptr,
+                          rays.foot.data(),
+                          rays.halves.data()};
+  ob::PacketSums sums{};
   int64_t embree_cycles = 0;
   rays_asked = 0;
   code.trace[index](packet, group, frames, group.active, sums, embree_cycles);
   int asked = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
-    CHECK_EQUAL(sums[lane], expected_sum(group, frames, packet, lane, asked));
+    const auto [all, first_half] = expected_sums(group, frames, packet, lane, asked);
+    CHECK_EQUAL(sums.all[lane], all);
+    CHECK_EQUAL(sums.first_half[lane], first_half);
   }
   CHECK_EQUAL(rays_asked, asked);
 }

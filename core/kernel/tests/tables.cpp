@@ -50,14 +50,14 @@ template <typename Visit> static void each_direction(const Filled &filled, Visit
   }
 }
 
-static void test_chunks_cover_the_rays_and_respect_the_half() {
+static void test_chunks_cover_the_rays_and_hold_all_or_one_half() {
   for (int32_t rays = 1; rays <= 3000; ++rays) {
     int32_t next = 0;
     for (const Chunk chunk : ob::chunks_of(ob::plan_rays(rays, 0))) {
       CHECK_EQUAL(chunk.first, next);
       CHECK(chunk.count >= 1 && chunk.count <= ob::kChunk);
       next = chunk.first + chunk.count;
-      CHECK(next <= rays / 2 || chunk.first >= rays / 2);
+      CHECK(chunk.count == rays || next <= rays / 2 || chunk.first >= rays / 2);
     }
     CHECK_EQUAL(next, rays);
   }
@@ -128,7 +128,10 @@ static void test_one_ray_in_each_cell() {
       CHECK_EQUAL(most_in_a_cell(fill(kCosine, rays, chunk)), 1);
     }
   }
-  for (const int32_t rays : {3, 5, 7, 100}) { // a run that is not aligned may touch two nets
+  for (const int32_t rays : {3, 5, 7, 100}) {
+    CHECK_EQUAL(most_in_a_cell(fill(kCosine, rays, 0)), 1);
+  }
+  for (const int32_t rays : {300, 500}) { // a run that is not aligned may touch two nets
     for (const size_t chunk : {0U, 1U}) {
       CHECK(most_in_a_cell(fill(kCosine, rays, chunk)) <= (chunk == 0 ? 1 : 2));
     }
@@ -148,7 +151,7 @@ static void test_a_group_looks_one_way() {
 }
 
 static void check_unit(const ob_map &map) {
-  each_direction(fill(map, 64, 1), [&](size_t, size_t, const Direction &d) {
+  each_direction(fill(map, 64, 0), [&](size_t, size_t, const Direction &d) {
     CHECK_NEAR(d.x * d.x + d.y * d.y + d.z * d.z, 1.0, 4e-7);
     CHECK(map.sampler == OB_SAMPLE_SPHERE || d.z >= 0.0);
   });
@@ -196,9 +199,7 @@ static double chi_square(const ob_map &map) {
     ++count[row * kSide + column];
     ++total;
   };
-  for (const size_t half : {0U, 1U}) { // one half of a whole tile lies in stripes; both are a net
-    each_direction(fill(map, 64, half), put);
-  }
+  each_direction(fill(map, 64, 0), put);
   const double expected = total / (kSide * kSide);
   double sum = 0.0;
   for (const double c : count) {
@@ -237,7 +238,7 @@ static void test_lobes_need_no_weights() {
 }
 
 static void test_feet_are_in_the_grid_and_all_used() {
-  for (const auto &[rays, side] : {std::pair{1, 1}, {3, 1}, {4, 2}, {15, 2}, {16, 4}, {512, 4}}) {
+  for (const auto &[rays, side] : {std::pair{1, 1}, {3, 1}, {4, 2}, {15, 2}, {16, 4}, {127, 4}, {128, 6}, {512, 6}}) {
     const Filled filled = fill(kCosine, rays, 0);
     CHECK_EQUAL(filled.plan.side, side);
     for (const uint8_t foot : filled.schedule.foot) {
@@ -246,20 +247,51 @@ static void test_feet_are_in_the_grid_and_all_used() {
   }
   const Filled filled = fill(kCosine, 512, 0);
   for (size_t group = 0; group < filled.schedule.foot.size() / 256; ++group) {
-    int used[16] = {};
+    int used[36] = {};
     for (size_t k = 0; k < 256; ++k) {
       ++used[filled.schedule.foot[group * 256 + k]];
     }
-    CHECK(*std::min_element(used, used + 16) >= 1);
+    CHECK(*std::min_element(used, used + 36) >= 1);
   }
 }
 
+static void test_each_lane_has_its_halves() {
+  for (const int32_t rays : {1, 2, 3, 100, 256, 300, 512}) {
+    for (size_t chunk = 0; chunk < ob::chunks_of(ob::plan_rays(rays, 0)).size(); ++chunk) {
+      const Filled filled = fill(kCosine, rays, chunk);
+      const auto count = static_cast<size_t>(filled.chunk.count);
+      const int expected = std::max(0, std::min(rays / 2 - filled.chunk.first, filled.chunk.count));
+      for (size_t group = 0; group < filled.schedule.halves.size() / count; ++group) {
+        int first[kLanes] = {};
+        for (size_t i = 0; i < count * kLanes; ++i) {
+          first[i % kLanes] += (filled.schedule.halves[group * count + i / kLanes] >> (i % kLanes)) & 1;
+        }
+        CHECK(std::all_of(first, first + kLanes, [&](int n) { return n == expected; }));
+      }
+    }
+  }
+}
+
+// Each half of a texel's rays is a net by itself: the other half's points lie in the cells between.
+static void test_a_half_is_a_net() {
+  const Filled filled = fill(kCosine, 256, 0);
+  std::vector<int> count(static_cast<size_t>(filled.plan.sets) * ob::kGroups * kLanes << 7U);
+  each_direction(filled, [&](size_t texel, size_t k, const Direction &d) {
+    const int cell = cell_of(d, 7);
+    const uint16_t halves = filled.schedule.halves[texel / kLanes * 256 + k];
+    if (cell >= 0 && ((halves >> (texel % kLanes)) & 1) != 0) {
+      ++count[(texel << 7U) + static_cast<size_t>(cell)];
+    }
+  });
+  CHECK_EQUAL(*std::max_element(count.begin(), count.end()), 1);
+}
+
 static void test_threads_do_not_matter() {
-  const Filled one = fill(kCosine, 100, 1, 5, 1);
-  const Filled three = fill(kCosine, 100, 1, 5, 3);
+  const Filled one = fill(kCosine, 300, 1, 5, 1);
+  const Filled three = fill(kCosine, 300, 1, 5, 3);
   CHECK(one.tables[0].directions == three.tables[0].directions);
-  CHECK(one.schedule.foot == three.schedule.foot);
-  CHECK(one.tables[0].directions != fill(kCosine, 100, 1, 6, 1).tables[0].directions);
+  CHECK(one.schedule.foot == three.schedule.foot && one.schedule.halves == three.schedule.halves);
+  CHECK(one.tables[0].directions != fill(kCosine, 300, 1, 6, 1).tables[0].directions);
 }
 
 static void test_cancel_leaves_early() {
@@ -272,7 +304,7 @@ static void test_cancel_leaves_early() {
 }
 
 int main() {
-  test_chunks_cover_the_rays_and_respect_the_half();
+  test_chunks_cover_the_rays_and_hold_all_or_one_half();
   test_seeds_are_used_whole();
   test_one_ray_in_each_cell();
   test_a_group_looks_one_way();
@@ -282,6 +314,8 @@ int main() {
   test_weights_have_mean_1();
   test_lobes_need_no_weights();
   test_feet_are_in_the_grid_and_all_used();
+  test_each_lane_has_its_halves();
+  test_a_half_is_a_net();
   test_threads_do_not_matter();
   test_cancel_leaves_early();
 }
