@@ -1,0 +1,62 @@
+"""Occlusion at a point, by the bake's own way: texels of a patch so small that nothing changes over it, and the kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from ...core.embree import open_device
+from ...core.estimators import Estimator
+from ...core.occluders import Occluders
+from ...core.progress import Progress
+from ...core.scene import Camera, Doubles, Instance, Mesh, placed
+from ...core.texels import rasterize
+from ...core.tracer import Rays, trace
+
+TEXELS = 8  # along a side: one tile, whose texels complete one another's rays
+
+
+def patch(side: float, name: str = "patch") -> Mesh:
+    """A square of that side in the xy plane about the origin; it faces +z and its UVs fill the texture."""
+    place = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=np.float64)
+    vertices = np.column_stack([side * (place - 0.5), np.zeros(4)]).astype(np.float32)
+    triangles = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)
+    return Mesh(name, vertices, triangles, place[triangles].astype(np.float32))
+
+
+class Point:
+    """The texels of a small receiver among occluders, ready to be traced again and again.
+
+    The receiver blocks nothing unless it is one of the occluders. distance: scene units. camera: world space.
+    """
+
+    def __init__(
+        self,
+        receiver: Instance,
+        occluders: Sequence[Instance],
+        *,
+        distance: float = np.inf,
+        camera: Camera | None = None,
+        texels: int = TEXELS,
+    ) -> None:
+        assert receiver.mesh.uv is not None
+        frame = Occluders(open_device(), occluders, distance).frame_for(receiver, Progress())
+        self._scene = frame.scene
+        self._surface = placed(receiver, frame.origin)
+        self._owner = rasterize(receiver.name, receiver.mesh.uv, texels, texels).owner
+        self._distance = distance
+        self._camera = None
+        if camera is not None:
+            x, y, z = np.asarray(camera.position, dtype=np.float64) - frame.origin
+            self._camera = Camera((float(x), float(y), float(z)), camera.forward, camera.orthographic)
+
+    def values(self, estimators: Sequence[Estimator], rays: int, seed: int = 0, packet_width: int = 0) -> Doubles:
+        """(M, H, W) float64: each texel's estimate with that many rays; NaN where it faces away from the camera."""
+        settings = Rays(rays, seed, self._distance, packet_width=packet_width, camera=self._camera)
+        sums = trace(self._scene, self._surface, self._owner, estimators, settings, halves=False).all
+        return np.where(sums < 0.0, np.nan, sums.astype(np.float64) / rays)
+
+    def means(self, estimators: Sequence[Estimator], rays: int, seeds: Iterable[int] = range(16)) -> Doubles:
+        """(S, M) float64: the mean over the texels, a row a seed. Seeds are independent; texels of one are not."""
+        return np.array([self.values(estimators, rays, seed).mean(axis=(1, 2)) for seed in seeds])
