@@ -1,4 +1,4 @@
-"""Occlusion at a point, by the bake's own way: texels of a patch so small that nothing changes over it, and the kernel."""
+"""Occlusion at a point, by the bake's own way: texels of a patch over which nothing changes, and the kernel."""
 
 from __future__ import annotations
 
