@@ -17,7 +17,7 @@ KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h incl
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help venv test lint extension sanitize bake figures clean
+.PHONY: help venv test lint extension sanitize bake figures accuracy study clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -37,14 +37,22 @@ lint: venv ## ruff, mypy, clang-tidy; every warning is an error
 extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blender
 	$(PY) tools/build_extension.py $(WHEEL)
 
-sanitize: venv ## the kernel's own tests under the address and undefined-behaviour sanitizers
+sanitize: venv ## the kernel's own tests and fuzzed bakes under the address and undefined-behaviour sanitizers
 	$(PY) tools/check_kernel.py sanitize
+	$(PY) tools/sanitize_fuzz.py
 
 bake: venv ## bake the sample scenes
 	$(PY) -m occlusion_bake.samples.bake
 
 figures: venv ## draw the figures of the documentation from measurements
 	$(PY) -m occlusion_bake.bench.figures
+
+accuracy: venv ## exact answers, a second opinion, Cycles, hard cases, fuzzing: the long forms, for hours
+	$(PY) -m occlusion_bake.bench.truth
+	$(PY) -m occlusion_bake.bench.truth.hard.measure
+
+study: venv ## how the estimators converge: plots, pictures, a page
+	$(PY) -m occlusion_bake.samples.study
 
 clean: ## remove what was built; the virtual environments stay
 	rm -rf build dist core/kernel/build core/kernel/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

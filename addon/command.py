@@ -84,7 +84,7 @@ def _bake(options: Any) -> None:
     names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
     progress = Progress(len(names))
     outcome = Outcome()
-    writer = _Writer(context, options, settings, folder, outcome, several=len(names) > 1)
+    writer = _Writer(context, options, settings, folder, several=len(names) > 1)
     steps = bake_steps(context, Options(names, settings, options.uv), progress, outcome, writer.deliver)
     try:
         run(steps, progress, _Line().show)
@@ -131,14 +131,12 @@ def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -
 class _Writer:
     """Takes each baked object: writes its files, compares, keeps its entry for the report, prints its line."""
 
-    def __init__(
-        self, context: Any, options: Any, settings: Any, folder: Folder, outcome: Outcome, *, several: bool
-    ) -> None:
+    def __init__(self, context: Any, options: Any, settings: Any, folder: Folder, *, several: bool) -> None:
         self.entries: list[Json] = []
         self.cycles_seconds = 0.0
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
         self._context, self._options, self._settings = context, options, settings
-        self._folder, self._outcome, self._several = folder, outcome, several
+        self._folder, self._several = folder, several
 
     def deliver(self, target: Instance, baked: Baked) -> None:
         start = time.perf_counter()

@@ -90,6 +90,9 @@ class OCCLUSION_BAKE_PT_reflection(_Sidebar, bpy.types.Panel):
         layout.active = chosen.use_ro
         layout.prop(chosen, "exponents")
         layout.prop(chosen, "direction")
+        horizon = layout.row()
+        horizon.active = chosen.direction == "CAMERA"
+        horizon.prop(chosen, "divide_horizon")
 
 
 class OCCLUSION_BAKE_PT_options(_Sidebar, bpy.types.Panel):

@@ -36,6 +36,11 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     direction: EnumProperty(
         name="Direction", description="What the reflected direction is taken from", items=_DIRECTIONS
     )
+    divide_horizon: BoolProperty(
+        name="Divide by Horizon",
+        description="Divide by what an open surface would get, so that open points are white in grazing views, too",
+        default=False,
+    )
     width: IntProperty(name="Width", description="Texels across", default=1024, min=1, max=65536, subtype="PIXEL")
     height: IntProperty(name="Height", description="Texels down", default=1024, min=1, max=65536, subtype="PIXEL")
     rays: IntProperty(
@@ -98,6 +103,7 @@ def core_settings(scene: Any) -> Settings:
         margin=chosen.margin,
         threads=chosen.threads,
         seed=chosen.seed,
+        divide_horizon=chosen.divide_horizon,
     )
 
 

@@ -4,53 +4,102 @@ from __future__ import annotations
 
 import argparse
 import os
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
 import numpy as np
+from numpy.typing import NDArray
 
-from ..addon.cycles import bake_ao
-from ..core.bake import Settings
+from ..addon.cycles import CyclesBake, bake_ao
+from ..core.bake import BakedMap, Settings
 from ..core.compare import compare, noise
+from ..core.scene import Instance, Ints
 from ..core.texels import owners_by_centre, rasterize
 from ..samples.scenes import SCENES, build
 from .ours import bake_here
 
 SIZE, RAYS, SAMPLES = 256, 1024, 4096
+SEEDS = (1, 2)
+
+Reference = Callable[[str, int], CyclesBake]  # of an object's name and a seed
+
+
+@dataclass(frozen=True, eq=False)
+class Sides:
+    """Two seeds of each side, ours and Cycles'. owner: (H, W) int32, ours; by_centre: the same by Cycles' rule."""
+
+    target: Instance
+    ours: list[BakedMap]
+    cycles: list[CyclesBake]
+    owner: Ints
+    by_centre: Ints
+
+    @property
+    def both(self) -> NDArray[np.bool_]:
+        """(H, W) bool: texels that both sides bake."""
+        mask: NDArray[np.bool_] = self.ours[0].covered & self.cycles[0].coverage
+        return mask
+
+    @property
+    def same(self) -> NDArray[np.bool_]:
+        """Those that both give to the same triangle."""
+        mask: NDArray[np.bool_] = self.both & (self.by_centre == self.owner)
+        return mask
+
+    def noises(self, mask: NDArray[np.bool_]) -> tuple[float, float]:
+        """Sigma of one bake of ours and of one of Cycles' over the masked texels."""
+        ours, cycles = self.ours, self.cycles
+        return noise(ours[0].values, ours[1].values, mask), noise(cycles[0].values, cycles[1].values, mask)
 
 
 def measure(chosen: argparse.Namespace) -> dict[str, Any]:
     """Every scene's first target: two seeds of each side."""
     scenes = {}
     for name in SCENES:
-        scenes[name] = _scene(name)
+        target = build(name).targets[0]
+        scenes[name] = figures(bake_both(target, converged))
         print(name, scenes[name], flush=True)
     return {"scenes": scenes, "blender": bpy.app.version_string}
 
 
-def _scene(name: str) -> dict[str, Any]:
-    target = build(name).targets[0]
+def converged(target: str, seed: int) -> CyclesBake:
+    """What is compared with: AO of an object of the open file, by Cycles."""
+    return bake_ao(bpy.context, target, (SIZE, SIZE), SAMPLES, None, os.cpu_count() or 1, seed)
+
+
+def bake_both(target: str, reference: Reference) -> Sides:
+    """Both sides of an object of the open file. Where it has no UVs it gets charts, which are then its active map."""
     settings = Settings(width=SIZE, height=SIZE, rays=RAYS, margin=0)
-    pairs = [bake_here([target], replace(settings, seed=seed))[1][0] for seed in (1, 2)]
-    ours = [baked.maps["ao"].values for _, baked in pairs]
-    threads = os.cpu_count() or 1
-    cycles = [bake_ao(bpy.context, target, (SIZE, SIZE), SAMPLES, None, threads, seed) for seed in (1, 2)]
-    uv = pairs[0][0].mesh.uv
+    pairs = [bake_here([target], replace(settings, seed=seed))[1][0] for seed in SEEDS]
+    instance = pairs[0][0]
+    uv = instance.mesh.uv
     assert uv is not None
-    owner = rasterize(target, uv, SIZE, SIZE).owner
-    both = pairs[0][1].maps["ao"].covered & cycles[0].coverage
-    same = both & (owners_by_centre(uv, SIZE, SIZE) == owner)
-    figures, everywhere = compare(ours[0], cycles[0].values, same), compare(ours[0], cycles[0].values, both)
+    return Sides(
+        instance,
+        [baked.maps["ao"] for _, baked in pairs],
+        [reference(target, seed) for seed in SEEDS],
+        rasterize(target, uv, SIZE, SIZE).owner,
+        owners_by_centre(uv, SIZE, SIZE),
+    )
+
+
+def figures(sides: Sides) -> dict[str, Any]:
+    """A row of the page."""
+    owned, both, same = sides.owner >= 0, sides.both, sides.same
+    ours, cycles = sides.ours[0].values, sides.cycles[0].values
+    there, everywhere = compare(ours, cycles, same), compare(ours, cycles, both)
+    sigma_ours, sigma_cycles = sides.noises(same)
     return {
-        "object": target,
-        "texels": int(np.count_nonzero(owner >= 0)),
-        "not_covered_by_cycles": int(np.count_nonzero((owner >= 0) & ~cycles[0].coverage)),
+        "object": sides.target.name,
+        "texels": int(np.count_nonzero(owned)),
+        "not_covered_by_cycles": int(np.count_nonzero(owned & ~sides.cycles[0].coverage)),
         "of_another_triangle": int(np.count_nonzero(both & ~same)),
-        "bias": figures.bias,
-        "rmse": figures.rmse,
-        "sigma_ours": noise(ours[0], ours[1], same),
-        "sigma_cycles": noise(cycles[0].values, cycles[1].values, same),
+        "bias": there.bias,
+        "rmse": there.rmse,
+        "sigma_ours": sigma_ours,
+        "sigma_cycles": sigma_cycles,
         "bias_everywhere": everywhere.bias,
         "rmse_everywhere": everywhere.rmse,
     }

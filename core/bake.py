@@ -11,13 +11,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from . import horizon, inside
 from .embree import open_device
 from .errors import InputError
 from .estimators import AO, Axis, Estimator
 from .finish import fill_margin
 from .occluders import Frame, Occluders
 from .progress import Progress
-from .scene import Camera, Floats, Instance, Scene, check_target, placed, zero_area
+from .scene import Camera, Floats, Instance, Placed, Scene, check_target, surface_of, zero_area
 from .solve import solve
 from .texels import Texels, rasterize
 from .tracer import Rays, Sums, trace
@@ -26,12 +27,18 @@ MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
 MAX_THREADS = 1024
 
-_TEXELS, _BUILD, _TRACE = (0.0, 0.02), (0.02, 0.05), (0.05, 1.0)  # of the time an object takes, for the progress bar
+_TEXELS, _BUILD, _INSIDE, _TRACE = (
+    (0.0, 0.02),
+    (0.02, 0.05),
+    (0.05, 0.06),
+    (0.06, 1.0),
+)  # of the time an object takes, for the progress bar
 
 
 @dataclass(frozen=True)
 class Settings:
     """What to bake, checked once here. distance: scene units, None for no limit. threads 0: all.
+    divide_horizon: maps about the reflected direction become a share of what an open surface would get (horizon.py).
 
     Raises InputError, one line, for a value out of range.
     """
@@ -44,6 +51,7 @@ class Settings:
     margin: int = 16
     threads: int = 0
     seed: int = 0
+    divide_horizon: bool = False
 
     def __post_init__(self) -> None:
         if not self.estimators:
@@ -71,7 +79,8 @@ class Settings:
 @dataclass(frozen=True, eq=False)
 class BakedMap:
     """One finished image. values: (H, W) float32 with margins; covered: (H, W) bool; coverage: (H, W) float32, 0 in
-    margins; error: estimated RMSE over the covered texels; mean: their mean."""
+    margins; error: estimated RMSE over the covered texels; mean: their mean. Values are 0 to 1, but for noise above 1
+    where the horizon was divided out."""
 
     values: Floats
     covered: NDArray[np.bool_]
@@ -82,7 +91,8 @@ class BakedMap:
 
 @dataclass(eq=False)
 class Baked:
-    """One baked object. maps by estimator name. rays: all that were traced. seconds by stage."""
+    """One baked object. maps by estimator name. rays: all that were traced. inside: the share of its texels, 0 to 1,
+    that lie inside other meshes (inside.py); their values are as traced. seconds by stage."""
 
     name: str
     width: int
@@ -90,6 +100,7 @@ class Baked:
     texels: int
     rays: int
     maps: dict[str, BakedMap]
+    inside: float = 0.0
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -101,8 +112,8 @@ class Baker:
     """
 
     def __init__(self, scene: Scene, settings: Settings, progress: Progress | None = None) -> None:
-        if scene.camera is None and any(each.axis is Axis.REFLECTED for each in settings.estimators):
-            raise InputError("the scene has no camera to take R from; add one, or bake RO with direction normal")
+        if any(each.axis is Axis.REFLECTED for each in settings.estimators):
+            _check_camera(scene.camera)
         self.device = open_device(settings.threads)
         self._scene = scene
         self._settings = settings
@@ -133,20 +144,32 @@ class Baker:
         with _timed(seconds, "build"):
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress)
+            surface = surface_of(target, frame.origin)
+        with _timed(seconds, "inside"):
+            share = self._share_inside(target, surface, texels, frame)
+        camera = _camera_in(frame, self._scene.camera)
         with _timed(seconds, "trace"):
             control = progress.enter(f"{target.name}: tracing", _TRACE)
-            surface = placed(target, frame.origin)
-            camera = _camera_in(frame, self._scene.camera)
             rays = Rays(settings.rays, settings.seed, settings.reach, settings.threads, camera=camera)
             sums = trace(frame.scene, surface, texels.owner, settings.estimators, rays, control=control)
         with _timed(seconds, "solve"):
+            if settings.divide_horizon and camera is not None:
+                _divide_by_horizon(sums, surface, texels, camera, settings)
             maps = {
                 estimator.name: _finished(sums, index, texels, settings, progress)
                 for index, estimator in enumerate(settings.estimators)
             }
         traced = texels.count * settings.rays * len(settings.estimators)
-        warnings += texels.warnings
-        return Baked(target.name, settings.width, settings.height, texels.count, traced, maps, seconds, warnings)
+        warnings += [*texels.warnings, *inside.warning(target.name, share)]
+        return Baked(target.name, settings.width, settings.height, texels.count, traced, maps, share, seconds, warnings)
+
+    def _share_inside(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
+        own = self._occluders.number_of(target, frame)
+        if not frame.holds_others(own):
+            return 0.0
+        control = self._progress.enter(f"{target.name}: looking for meshes around it", _INSIDE)
+        threads = self._settings.threads
+        return inside.share_inside(frame.scene, surface, texels.owner, own, threads=threads, control=control)
 
 
 def bake(scene: Scene, settings: Settings, progress: Progress | None = None) -> Iterator[Baked]:
@@ -166,6 +189,13 @@ def _finished(sums: Sums, index: int, texels: Texels, settings: Settings, progre
     return BakedMap(values, solved.covered, coverage, solved.error, solved.mean)
 
 
+def _divide_by_horizon(sums: Sums, surface: Placed, texels: Texels, camera: Camera, settings: Settings) -> None:
+    cosines = horizon.cosines_to_reflected(surface, texels.owner, camera, threads=settings.threads)
+    for index, estimator in enumerate(settings.estimators):
+        if estimator.axis is Axis.REFLECTED:
+            horizon.divide(sums, index, horizon.open_horizon(estimator.exponent, cosines))
+
+
 def _texels_of(target: Instance, settings: Settings, progress: Progress) -> Texels:
     mesh = target.mesh
     if mesh.uv is None:
@@ -173,6 +203,14 @@ def _texels_of(target: Instance, settings: Settings, progress: Progress) -> Texe
     control = progress.enter(f"{target.name}: texels", _TEXELS)
     size = (settings.width, settings.height)
     return rasterize(target.name, mesh.uv, *size, skip=zero_area(mesh), threads=settings.threads, control=control)
+
+
+def _check_camera(camera: Camera | None) -> None:
+    cure = "or bake RO with direction normal"
+    if camera is None:
+        raise InputError(f"the scene has no camera to take R from; add one, {cure}")
+    if not (np.isfinite(camera.position).all() and np.isfinite(camera.forward).all()):
+        raise InputError(f"the scene's camera: its transform is not finite; clear it, {cure}")
 
 
 def _camera_in(frame: Frame, camera: Camera | None) -> Camera | None:

@@ -74,12 +74,15 @@ def open_horizon(exponent: float, angle: float) -> float:
     It is 1 at α = 0 and falls as R leans towards the horizon and part of the lobe goes below it.
     """
     steps = 4096
+    reach = min(0.5 * math.pi, 9.0 / math.sqrt(exponent + 1.0))  # beyond it sinᵉ is below e⁻⁴⁰: narrow lobes need steps
+    start = 0.5 * math.pi - reach
 
     def integral(end: float) -> float:  # Simpson's rule; the integrand is smooth and bounded
-        width = end / steps
-        ordinates: list[float] = [math.sin(width * i) ** exponent for i in range(steps + 1)]
+        width = (end - start) / steps
+        ordinates: list[float] = [math.sin(start + width * i) ** exponent for i in range(steps + 1)]
         return (
             width / 3.0 * (ordinates[0] + ordinates[-1] + 4.0 * sum(ordinates[1:-1:2]) + 2.0 * sum(ordinates[2:-1:2]))
         )
 
-    return float(1.0 - integral(angle) / integral(math.pi))
+    end = min(max(angle, start), start + 2.0 * reach)
+    return float(1.0 - integral(end) / integral(start + 2.0 * reach))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 1
+ABI_VERSION = 2
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -38,6 +38,7 @@ class Surface(Structure):
         ("triangles", c_void_p),
         ("uv", c_void_p),
         ("normals", c_void_p),
+        ("faces", c_void_p),
         ("owner", c_void_p),
         ("vertex_count", c_int64),
         ("triangle_count", c_int64),
@@ -82,6 +83,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
         *[POINTER(c_void_p), POINTER(c_void_p), _CONTROL],
     ],
+    "ob_inside": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }
 _RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free")

@@ -6,7 +6,7 @@ tree; those that stand in it often, and are large, are stored once and instanced
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,6 +20,8 @@ from .tracer import Geometry, TraceScene
 COPIED_TRIANGLES = 1 << 18
 # An object may be baked in a frame whose origin is off its middle by so many of its radii: two bits of a float32's 24.
 FRAME_RADII = 4.0
+# Occluders larger than this, or farther off, are left out: lengths cubed would leave float32's range (core/scene.py).
+FARTHEST = 1e11
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +32,18 @@ class Frame:
     origin: Doubles
     flat: frozenset[int]  # places, in the list of occluders, of those in the flat tree
     instanced: frozenset[int]
+    numbers: Mapping[int, int]  # of those in the flat tree, as the scene counts them
 
-    def serves(self, target: Instance, own: int | None, wanted: frozenset[int]) -> bool:
+    def serves(self, target: Instance, own: int, wanted: frozenset[int]) -> bool:
         """Whether the target may be traced in it: near enough, not itself an instance, nothing wanted missing."""
         low, high = bounds_of(target)
         radius = 0.5 * float(np.linalg.norm(high - low))
         near = float(np.linalg.norm(centre_of(target) - self.origin)) <= FRAME_RADII * radius
         return near and own not in self.instanced and wanted == self.flat | self.instanced
+
+    def holds_others(self, own: int) -> bool:
+        """Whether there is more in it than the one geometry of this number."""
+        return len(self.flat) + len(self.instanced) > (own >= 0)
 
 
 class Occluders:
@@ -50,17 +57,25 @@ class Occluders:
         self._instances = [replace(instance, mesh=sound[id(instance.mesh)]) for instance in instances]
         self.warnings = _warnings(instances, self._instances)
         self._boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
+        self.warnings += _leave_out_the_largest(instances, self._boxes)
         self._geometries: dict[int, tuple[Geometry, Doubles]] = {}
         self._frame: Frame | None = None
 
     def frame_for(self, target: Instance, progress: Progress) -> Frame:
         """The scene to trace the target in. Raises Cancelled, MemoryError."""
         wanted = self._within_reach(target)
-        own = next((i for i, instance in enumerate(self._instances) if _is_same(instance, target)), None)
+        own = self._place_of(target)
         if self._frame is None or not self._frame.serves(target, own, wanted):
             self._frame = None  # free the old tree before the new one grows
             self._frame = self._build(target, own, wanted, progress)
         return self._frame
+
+    def number_of(self, target: Instance, frame: Frame) -> int:
+        """The target's own geometry in a frame's scene, as `TraceScene.add` numbered it; -1: it does not occlude."""
+        return frame.numbers.get(self._place_of(target), -1)
+
+    def _place_of(self, target: Instance) -> int:
+        return next((i for i, instance in enumerate(self._instances) if _is_same(instance, target)), -1)
 
     def _within_reach(self, target: Instance) -> frozenset[int]:
         """Places of the occluders whose boxes come as near the target's as rays go."""
@@ -68,13 +83,14 @@ class Occluders:
         low, high = self._boxes[:, 0], self._boxes[:, 1]
         gap = np.maximum(np.maximum(low - own_high, own_low - high), 0.0)
         near = np.isfinite(self._boxes).all(axis=(1, 2))
-        near[near] = np.linalg.norm(gap[near], axis=1) <= self._distance * (1.0 + 1e-6)
+        near[near] = np.linalg.norm(gap[near], axis=1) <= min(self._distance * (1.0 + 1e-6), FARTHEST)
         return frozenset(np.flatnonzero(near).tolist())
 
-    def _build(self, target: Instance, own: int | None, wanted: frozenset[int], progress: Progress) -> Frame:
+    def _build(self, target: Instance, own: int, wanted: frozenset[int], progress: Progress) -> Frame:
         origin = centre_of(target)
         scene = TraceScene(self._device)
         instanced: set[int] = set()
+        numbers: dict[int, int] = {}
         for uses in self._by_mesh(wanted):
             mesh = self._instances[uses[0]].mesh
             many = (len(uses) - 1) * len(mesh.triangles) > COPIED_TRIANGLES
@@ -82,12 +98,12 @@ class Occluders:
             for i in uses:
                 if i not in apart:
                     copy = placed(self._instances[i], origin)
-                    scene.add(copy.vertices, copy.triangles)
+                    numbers[i] = scene.add(copy.vertices, copy.triangles)
             if apart:
                 self._add_instances(scene, mesh, sorted(apart), origin, progress)
                 instanced |= apart
         scene.commit(progress.control)
-        return Frame(scene, origin, wanted - instanced, frozenset(instanced))
+        return Frame(scene, origin, wanted - instanced, frozenset(instanced), numbers)
 
     def _by_mesh(self, wanted: frozenset[int]) -> list[list[int]]:
         groups: dict[int, list[int]] = {}
@@ -127,6 +143,15 @@ def _without_broken(mesh: Mesh) -> Mesh:
     vertices = np.where(sound[:, None], mesh.vertices, np.float32(0.0))
     triangles = mesh.triangles[sound[mesh.triangles].all(axis=1)]
     return Mesh(mesh.name, vertices, triangles)
+
+
+def _leave_out_the_largest(instances: Sequence[Instance], boxes: Doubles) -> list[str]:
+    """Occluders too large to trace lose their boxes; returns a warning each."""
+    with np.errstate(invalid="ignore"):  # infinite ones
+        large = ~((boxes[:, 1] - boxes[:, 0]).max(axis=1, initial=0.0) <= FARTHEST)
+    boxes[large] = np.nan
+    names = [instances[i].name for i in np.flatnonzero(large) if np.isfinite(instances[i].matrix).all()]
+    return [f"{name}: it is more than {FARTHEST:g} units across; it does not occlude" for name in names]
 
 
 def _warnings(given: Sequence[Instance], used: Sequence[Instance]) -> list[str]:

@@ -17,7 +17,7 @@ from .errors import InputError
 from .estimators import Axis
 from .version import version
 
-STAGES = ("extract", "charts", "texels", "build", "trace", "solve", "write")
+STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "write")
 Json = dict[str, Any]
 
 
@@ -32,6 +32,7 @@ def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
         "seconds": {**seconds, "total": sum(seconds.values())},
         "error": {name: each.error for name, each in baked.maps.items()},
         "mean": {name: each.mean for name, each in baked.maps.items()},
+        "inside": baked.inside,
         "files": {name: str(path) for name, path in files.items()},
         "warnings": list(baked.warnings),
     }
@@ -67,6 +68,7 @@ def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float
         "threads": settings.threads or os.cpu_count() or 1,
         "rays_per_texel": settings.rays,
         "distance": settings.distance,
+        "ro_horizon": "divide" if settings.divide_horizon else "keep",
         "seed": settings.seed,
         "seconds": dict(seconds),
         "objects": list(objects),
@@ -82,6 +84,7 @@ def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str
         "map": "ambient occlusion" if name == "ao" else "reflection occlusion",
         "exponent": estimator.exponent,
         "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
+        "horizon": "divided" if settings.divide_horizon and estimator.axis is Axis.REFLECTED else "kept",
         "sampler": estimator.sampler.name.lower(),
         "rays_per_texel": settings.rays,
         "distance": "none" if settings.distance is None else settings.distance,

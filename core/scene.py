@@ -7,17 +7,23 @@ its object before anything is rounded (`placed`).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
 
+# Beyond these sizes the cubes of lengths leave float32's range on the way through the tracer, and it finds everything
+# shut or open. Measured: wrong values come below about 2e-11 and above about 2e13.
+SMALLEST, LARGEST = 1e-7, 1e10
+
 Floats = NDArray[np.float32]
 Doubles = NDArray[np.float64]
 Ints = NDArray[np.int32]
+_Real = TypeVar("_Real", np.float32, np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +42,24 @@ class Mesh:
     normals: Floats | None = None
 
     @cached_property
+    def doubled_areas(self) -> Doubles:
+        """(T, 3) float64: each triangle's normal, as long as twice its area."""
+        a, b, c = (self.vertices[self.triangles[:, corner]].astype(np.float64) for corner in range(3))
+        vectors: Doubles = np.cross(b - a, c - a)
+        return vectors
+
+    @cached_property
     def box(self) -> tuple[Doubles, Doubles]:
-        """Its object-space box: (low, high), each (3,) float64; inside out where there are no vertices."""
-        if len(self.vertices) == 0:
+        """The object-space box of its triangles: (low, high), each (3,) float64; inside out where there are none.
+
+        Loose vertices do not count: one far off would take the frame's middle, and the precision, away from the rest.
+        """
+        if len(self.triangles) == 0:
             return np.full(3, np.inf), np.full(3, -np.inf)
-        return self.vertices.min(axis=0).astype(np.float64), self.vertices.max(axis=0).astype(np.float64)
+        used = np.zeros(len(self.vertices), dtype=bool)
+        used[self.triangles] = True
+        corners = self.vertices if used.all() else self.vertices[used]
+        return corners.min(axis=0).astype(np.float64), corners.max(axis=0).astype(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,42 +95,65 @@ class Scene:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A mesh in world space, relative to an origin. The winding is outward even under a mirroring matrix."""
+    """A mesh in world space, relative to an origin. The winding is outward even under a mirroring matrix.
+
+    faces: (T, 3) float32 unit normals of the triangles from before their corners were rounded, which turns needles
+    about themselves; zero or None where they must be taken from the corners.
+    """
 
     vertices: Floats
     triangles: Ints
     uv: Floats | None = field(default=None)
     normals: Floats | None = field(default=None)
+    faces: Floats | None = field(default=None)
 
 
 def check_target(target: Instance) -> list[str]:
     """Refuse a mesh that cannot be baked and warn of one that can be in part.
 
-    Returns the warnings, a line each. Raises InputError for no faces, non-finite vertices or matrix.
+    Returns the warnings, a line each. Raises InputError for no faces, arrays that do not fit one another, non-finite
+    vertices or matrix, no area, or a size that cannot be traced.
     """
     mesh = target.mesh
     if len(mesh.triangles) == 0:
         raise InputError(f"{target.name}: the mesh has no faces; there is no surface to bake")
+    _check_arrays(target)
     broken = int(np.count_nonzero(~np.isfinite(mesh.vertices).all(axis=1)))
     if broken:
-        raise InputError(
-            f"{target.name}: {broken} vertices are not finite numbers; delete them or undo the modifier that made them"
-        )
+        count = "1 vertex is" if broken == 1 else f"{broken} vertices are"
+        raise InputError(f"{target.name}: {count} not finite; delete what is, or undo the modifier that made it")
     if not np.isfinite(target.matrix).all():
         raise InputError(
             f"{target.name}: its transform is not finite; clear the location, rotation or scale that is not"
         )
+    if np.linalg.matrix_rank(target.matrix[:3, :3]) < 2:
+        raise InputError(f"{target.name}: its scale leaves it no area; give at least two axes a scale other than 0")
     flat = int(np.count_nonzero(zero_area(mesh)))
     if flat == len(mesh.triangles):
         raise InputError(f"{target.name}: every face has zero area; scale or edit the mesh so that it has a surface")
+    low, high = bounds_of(target)
+    size = float((high - low).max())
+    if not SMALLEST <= size <= LARGEST:
+        raise InputError(
+            f"{target.name}: it is {size:.3g} units across, and rays need {SMALLEST:g} to {LARGEST:g}; scale the scene"
+        )
     return [f"{target.name}: {flat} triangles have zero area and are left out"] if flat else []
+
+
+def _check_arrays(target: Instance) -> None:
+    """The tracer follows indices as they come."""
+    mesh = target.mesh
+    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.vertices):
+        raise InputError(f"{target.name}: a triangle names a vertex that does not exist; make the mesh again")
+    for kind, values in (("UVs", mesh.uv), ("normals", mesh.normals)):
+        if values is not None and values.shape[:2] != mesh.triangles.shape:
+            raise InputError(f"{target.name}: its {kind} are not one a corner of each triangle; make the mesh again")
 
 
 def zero_area(mesh: Mesh) -> NDArray[np.bool_]:
     """(T,) bool: triangles whose corners lie on one line, judged in float64 in object space."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
-    doubled: NDArray[np.bool_] = ~(np.abs(np.cross(b - a, c - a)).max(axis=1) > 0.0)
-    return doubled
+    flat: NDArray[np.bool_] = ~(np.abs(mesh.doubled_areas).max(axis=1) > 0.0)
+    return flat
 
 
 def centre_of(target: Instance) -> Doubles:
@@ -126,7 +168,8 @@ def bounds_of(instance: Instance) -> tuple[Doubles, Doubles]:
     if (low > high).any():
         return low, high
     corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)] for bits in np.ndindex(2, 2, 2)])
-    world = corners @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
+    with np.errstate(over="ignore", invalid="ignore"):  # a box too large for float64 is not finite
+        world = corners @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
     return world.min(axis=0), world.max(axis=0)
 
 
@@ -150,9 +193,21 @@ def placed(instance: Instance, origin: Doubles) -> Placed:
     return Placed(vertices, triangles, uv, normals)
 
 
-def _turned(normals: Floats, linear: Doubles) -> Floats:
+def surface_of(instance: Instance, origin: Doubles) -> Placed:
+    """`placed`, with the faces' normals: for the surface that is baked."""
+    linear = instance.matrix[:3, :3]
+    if np.linalg.det(linear) == 0.0:
+        return placed(instance, origin)
+    faces = _turned(instance.mesh.doubled_areas, linear).astype(np.float32)
+    return replace(placed(instance, origin), faces=faces)
+
+
+def _turned(normals: NDArray[_Real], linear: Doubles) -> NDArray[_Real]:
     """Normals under a linear map, by its inverse transpose, at unit length; a zero normal stays zero."""
-    turned = normals @ np.linalg.inv(linear).astype(np.float32)  # n·M⁻¹ = (M⁻ᵀ n)ᵀ
-    length = np.linalg.norm(turned, axis=-1, keepdims=True)
-    unit: Floats = np.divide(turned, length, out=np.zeros_like(turned), where=length > 0.0)
+    inverse = np.linalg.inv(linear)
+    inverse /= np.abs(inverse).max()  # the length does not matter, and its square must stay within float32
+    with np.errstate(over="ignore", invalid="ignore"):  # normals that are no numbers end as zero
+        turned = normals @ inverse.astype(normals.dtype)  # n·M⁻¹ = (M⁻ᵀ n)ᵀ
+        length = np.linalg.norm(turned, axis=-1, keepdims=True)
+    unit: NDArray[_Real] = np.divide(turned, length, out=np.zeros_like(turned), where=length > 0.0)
     return unit

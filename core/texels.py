@@ -98,7 +98,10 @@ def _rasterize(
 def _why_none(report: api.RasterReport, uv: Floats) -> str:
     if report.outside == len(uv):
         return "all of its UVs lie outside the 0-1 square"
-    return f"its UVs cover no texel ({report.degenerate} of {len(uv)} triangles have no area in the texture)"
+    counts = (
+        f"of {len(uv)} triangles {report.degenerate} have no area in the texture, {report.outside} leave its square"
+    )
+    return f"its UVs cover no texel ({counts})"
 
 
 def _warnings(name: str, report: api.RasterReport, texels: int) -> list[str]:

@@ -23,7 +23,7 @@ class Geometry:
         self.device = device
         self.handle = c_void_p()
         status = api.library().ob_mesh_build(
-            device.handle, *_mesh(vertices, triangles), _pointer(control), byref(self.handle)
+            device.handle, *_mesh(vertices, triangles), pointer_to(control), byref(self.handle)
         )
         api.check(status)
         api.release_with(self, "ob_mesh_free", self.handle)
@@ -37,11 +37,15 @@ class TraceScene:
         self.handle = c_void_p()
         api.check(api.library().ob_scene_begin(device.handle, byref(self.handle)))
         api.release_with(self, "ob_scene_free", self.handle)
+        self._count = 0
 
-    def add(self, vertices: Floats, triangles: Ints) -> None:
-        """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32."""
-        if len(triangles):
-            api.check(api.library().ob_scene_add_triangles(self.handle, *_mesh(vertices, triangles)))
+    def add(self, vertices: Floats, triangles: Ints) -> int:
+        """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32. Returns their number in it, -1 for none."""
+        if not len(triangles):
+            return -1
+        api.check(api.library().ob_scene_add_triangles(self.handle, *_mesh(vertices, triangles)))
+        self._count += 1
+        return self._count - 1
 
     def add_instances(self, geometry: Geometry, matrices: Doubles) -> None:
         """The geometry under each of (N, 3, 4) matrices, mesh to scene."""
@@ -50,10 +54,11 @@ class TraceScene:
             self.handle, geometry.handle, api.address(rows, np.float32), len(rows)
         )
         api.check(status)
+        self._count += len(rows)
 
     def commit(self, control: api.Control | None = None) -> None:
         """Build the tree. Raises Cancelled, MemoryError."""
-        api.check(api.library().ob_scene_commit(self.handle, _pointer(control)))
+        api.check(api.library().ob_scene_commit(self.handle, pointer_to(control)))
 
     def visible(self, origins: Floats, directions: Floats, distance: float = np.inf) -> NDArray[np.bool_]:
         """V along rays: origins, directions (N, 3) float32 → (N,) bool, True where nothing is hit before distance."""
@@ -114,7 +119,7 @@ def trace(
         len(estimators),
         _rows(sums),
         None if first_half is None else _rows(first_half),
-        _pointer(control),
+        pointer_to(control),
     )
     api.check(status)
     return Sums(sums, first_half)
@@ -127,6 +132,7 @@ def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
         api.address(surface.triangles, np.int32),
         api.address(surface.uv, np.float32),
         api.address(surface.normals, np.float32),
+        api.address(surface.faces, np.float32),
         api.address(owner, np.int32),
         len(surface.vertices),
         len(surface.triangles),
@@ -158,5 +164,6 @@ def _mesh(vertices: Floats, triangles: Ints) -> tuple[int | None, int, int | Non
     return api.address(vertices, np.float32), len(vertices), api.address(triangles, np.int32), len(triangles)
 
 
-def _pointer(control: api.Control | None) -> object:
+def pointer_to(control: api.Control | None) -> object:
+    """A control as the kernel takes it."""
     return None if control is None else byref(control)

@@ -10,7 +10,7 @@ from ...core.embree import open_device
 from ...core.estimators import Estimator
 from ...core.occluders import Occluders
 from ...core.progress import Progress
-from ...core.scene import Camera, Doubles, Instance, Mesh, placed
+from ...core.scene import Camera, Doubles, Instance, Mesh, surface_of
 from ...core.texels import rasterize
 from ...core.tracer import Rays, trace
 
@@ -43,7 +43,7 @@ class Point:
         assert receiver.mesh.uv is not None
         frame = Occluders(open_device(), occluders, distance).frame_for(receiver, Progress())
         self._scene = frame.scene
-        self._surface = placed(receiver, frame.origin)
+        self._surface = surface_of(receiver, frame.origin)
         self._owner = rasterize(receiver.name, receiver.mesh.uv, texels, texels).owner
         self._distance = distance
         self._camera = None

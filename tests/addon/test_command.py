@@ -106,11 +106,13 @@ def test_the_image_says_what_was_baked(bake: Any, make: Any) -> None:
     bpy.ops.object.camera_add(location=(0, 0, 5))
     bpy.context.scene.camera = bpy.context.object
     words = ("--maps", "ao", "ro", "--ro-exponent", "2.5", "--ro-direction", "camera", "--distance", "3", "--seed", "7")
-    run = bake("--objects", "Floor", *words)
+    run = bake("--objects", "Floor", *words, "--ro-horizon", "divide")
     assert run.status == 0, run.err
     files = run.report["objects"][0]["files"]
     said = read_image(files["ro_2.5"])[1]
     expected = {"object": "Floor", "exponent": 2.5, "direction": "camera", "distance": 3.0, "seed": 7}
+    expected["horizon"] = "divided"
+    assert run.report["ro_horizon"] == "divide" and run.report["objects"][0]["inside"] == 0.0
     assert expected.items() <= said.items()
     assert said["rays_per_texel"] == 4 and version() in str(said["software"])
     assert said["map"] != read_image(files["ao"])[1]["map"]

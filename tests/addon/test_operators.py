@@ -12,6 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.job import CHART_MAP  # noqa: E402
+from occlusion_bake.addon.settings import core_settings  # noqa: E402
 from occlusion_bake.core.images import read_image  # noqa: E402
 
 
@@ -277,6 +278,12 @@ def test_no_camera_to_reflect(make: Any, scene: Any) -> None:
     select(make.plane())
     scene.use_ro, scene.direction = True, "CAMERA"
     assert "camera" in refused()
+
+
+def test_the_horizon_is_divided_where_that_is_asked_for(scene: Any) -> None:
+    for on in (False, True):
+        scene.divide_horizon = on
+        assert core_settings(bpy.context.scene).divide_horizon == on
 
 
 def test_a_mesh_without_faces_is_named(make: Any) -> None:

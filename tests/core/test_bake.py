@@ -213,7 +213,7 @@ def test_a_result_tells_what_was_done(shapes: Any, bake_one: Any) -> None:
     assert (baked.name, baked.width, baked.height) == ("floor", 32, 32)
     assert baked.texels == 32 * 32 and baked.rays == 32 * 32 * 8 * 2
     assert list(baked.maps) == ["ao", "ro_10"]
-    assert set(baked.seconds) == {"texels", "build", "trace", "solve"}
+    assert set(baked.seconds) == {"texels", "build", "inside", "trace", "solve"}
     assert all(seconds >= 0 for seconds in baked.seconds.values())
     assert baked.warnings == []
     values = baked.maps["ao"].values
@@ -266,6 +266,15 @@ def test_the_ends_of_the_ranges_are_taken() -> None:
 def test_r_from_a_camera_needs_one(shapes: Any, bake_one: Any) -> None:
     with pytest.raises(InputError, match="camera"):
         bake_one(stage(shapes), estimators=(reflection(10, from_camera=True),))
+
+
+@pytest.mark.parametrize(
+    "broken", [Camera((0.0, np.nan, 3.0), (0.0, 0.0, -1.0)), Camera((0, 0, 3), (0, 0, np.inf), True)]
+)
+def test_r_from_a_camera_needs_a_finite_one(broken: Camera, shapes: Any, bake_one: Any) -> None:
+    with pytest.raises(InputError, match=r"camera: .* not finite; clear it"):
+        bake_one(stage(shapes, camera=broken), estimators=(reflection(10, from_camera=True),))
+    bake_one(stage(shapes, camera=broken))  # AO does not look through it
 
 
 @pytest.mark.parametrize(

@@ -130,6 +130,12 @@ def test_a_non_finite_transform_is_refused(place: tuple[int, int], shapes: Any) 
     assert "transform is not finite" in refusal_of(shapes.instance(shapes.room(), matrix, "Cube.007"))
 
 
+def test_a_transform_onto_a_line_is_refused_and_onto_a_plane_is_not(shapes: Any) -> None:
+    line, plane = np.diag([2.0, 0.0, 0.0, 1.0]), np.diag([2.0, 1.0, 0.0, 1.0])
+    assert "no area" in refusal_of(shapes.instance(shapes.room(), line, "Cube.007"))
+    check_target(shapes.instance(shapes.room(), plane))
+
+
 def test_no_faces_are_refused() -> None:
     assert "no faces" in refusal_of(Instance("Cube.007", empty(), np.eye(4)))
 

@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 1 };
+enum { OB_ABI_VERSION = 2 };
 
 enum ob_status {
   OB_OK = 0,
@@ -76,6 +76,7 @@ typedef struct ob_surface {
   const int32_t *triangles; /* triangle_count x 3 */
   const float *uv;          /* triangle_count x 3 x 2, v up */
   const float *normals;     /* triangle_count x 3 x 3 unit shading normals, or NULL: flat */
+  const float *faces;       /* triangle_count x 3 unit normals, or NULL: from the corners, as where one is zero */
   const int32_t *owner;     /* height x width */
   int64_t vertex_count;
   int64_t triangle_count;
@@ -119,7 +120,8 @@ OB_API int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t v
                              int64_t triangle_count, ob_control *control, ob_mesh **mesh);
 OB_API void ob_mesh_free(ob_mesh *mesh);
 
-/* A scene is begun, filled, committed once, traced any number of times. Arrays are copied; meshes are kept alive. */
+/* A scene is begun, filled, committed once, traced any number of times. Arrays are copied; meshes are kept alive.
+ * What is added is numbered from 0, in order, each instance by itself. */
 OB_API int32_t ob_scene_begin(ob_device *device, ob_scene **scene);
 OB_API int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count,
                                       const int32_t *triangles, int64_t triangle_count);
@@ -148,6 +150,13 @@ OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_tra
 /* V along given rays: visible[i] = 1 where nothing is hit before `distance`. origins, directions: count x 3. */
 OB_API int32_t ob_visible(ob_scene *scene, const float *origins, const float *directions, int64_t count, float distance,
                           uint8_t *visible);
+
+/* Whether texels lie inside a mesh other than their own: inside[i] = 1 where at least 14 of 16 rays, spread over all
+ * directions from the middle of texel texels[i] (y * width + x, owned), get out of a mesh, through the back of a
+ * triangle, that they did not get into, at whatever distance. own: the number of the surface's own mesh, whose
+ * triangles do not count, or -1. */
+OB_API int32_t ob_inside(ob_scene *scene, const ob_surface *surface, int32_t own, const int64_t *texels, int64_t count,
+                         int32_t threads, uint8_t *inside, ob_control *control);
 
 /* Processor cycles of all ob_trace calls so far, inside Embree and in all; either may be NULL. Zeros unless built with
  * OCCLUSION_PROFILE. */

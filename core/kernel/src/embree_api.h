@@ -29,11 +29,9 @@ constexpr int RTC_BUFFER_TYPE_VERTEX = 1;
 constexpr int RTC_FORMAT_UINT3 = 0x5003;
 constexpr int RTC_FORMAT_FLOAT3 = 0x9003;
 constexpr int RTC_FORMAT_FLOAT3X4_ROW_MAJOR = 0x9134;
-constexpr int RTC_BUILD_QUALITY_MEDIUM = 1;
-constexpr int RTC_BUILD_QUALITY_HIGH = 2;
-constexpr int RTC_SCENE_FLAG_COMPACT = 1 << 1;
 constexpr int RTC_SCENE_FLAG_ROBUST = 1 << 2;
 constexpr int RTC_RAY_QUERY_FLAG_COHERENT = 1 << 16;
+constexpr uint32_t RTC_INVALID_GEOMETRY_ID = ~0U;
 constexpr uint32_t RTC_FEATURE_FLAG_TRIANGLE = 1u << 1;
 constexpr uint32_t RTC_FEATURE_FLAG_INSTANCE = 1u << 23;
 
@@ -53,6 +51,25 @@ template <int W> struct alignas(W == 1 ? 16 : W * 4) Rays {
   uint32_t mask[W], id[W], flags[W];
 };
 
+struct RTCIntersectArguments {
+  int flags;
+  uint32_t feature_mask;
+  void *context;
+  void *filter;
+  void *intersect;
+  float min_width_distance_factor; // read by some builds alone
+};
+
+// RTCRayHit. A build with several levels of instances, or none of instance arrays, writes more or less after the first
+// instance: the tail is room for eight levels.
+struct alignas(16) RayHit {
+  Rays<1> ray;
+  float normal[3]; // geometric, not of unit length, in the space of the mesh that was hit
+  float u, v;
+  uint32_t triangle, geometry;
+  uint32_t instance[16];
+};
+
 struct Embree {
   void *library = nullptr;
   RTCDevice (*new_device)(const char *config);
@@ -62,17 +79,18 @@ struct Embree {
   RTCScene (*new_scene)(RTCDevice);
   void (*release_scene)(RTCScene);
   void (*set_scene_flags)(RTCScene, int);
-  void (*set_scene_build_quality)(RTCScene, int);
   void (*set_scene_progress_monitor)(RTCScene, bool (*)(void *, double), void *);
   void (*commit_scene)(RTCScene);
   unsigned (*attach_geometry)(RTCScene, RTCGeometry);
+  RTCGeometry (*get_geometry)(RTCScene, unsigned);
   RTCGeometry (*new_geometry)(RTCDevice, int);
   void (*release_geometry)(RTCGeometry);
   void (*commit_geometry)(RTCGeometry);
   void *(*set_new_geometry_buffer)(RTCGeometry, int type, unsigned slot, int format, size_t stride, size_t count);
-  void (*set_geometry_build_quality)(RTCGeometry, int);
   void (*set_geometry_instanced_scene)(RTCGeometry, RTCScene);
   void (*set_geometry_transform)(RTCGeometry, unsigned step, int format, const void *);
+  void (*get_geometry_transform)(RTCGeometry, float time, int format, void *);
+  void (*intersect1)(RTCScene, RayHit *, RTCIntersectArguments *);
   void (*occluded1)(RTCScene, Rays<1> *, RTCOccludedArguments *);
   void (*occluded4)(const int *valid, RTCScene, Rays<4> *, RTCOccludedArguments *);
   void (*occluded8)(const int *valid, RTCScene, Rays<8> *, RTCOccludedArguments *);

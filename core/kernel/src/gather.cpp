@@ -14,6 +14,11 @@ namespace {
 // 2^-20 leaves a factor of two on the sum.
 constexpr float kLift = 0x1p-20F;
 
+// Points keep so many lifts off the edges of their triangle. There another face may stand, and a point that is rounded,
+// or lifted, to its far side would see what lies behind it. Eight serve a wedge down to 7 degrees.
+constexpr double kRim = 8.0;
+constexpr double kWidestRim = 0.25; // of the triangle's height; a needle leaves no more room
+
 struct Vector {
   double x, y, z;
 };
@@ -25,10 +30,14 @@ Vector vertex(const ob_surface &surface, int32_t index) {
 
 Vector minus(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 
+Vector cross(Vector a, Vector b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+
+double length(Vector v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
 Vector unit_cross(Vector a, Vector b) {
-  const Vector c{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  const double length = std::sqrt(c.x * c.x + c.y * c.y + c.z * c.z);
-  return length > 0.0 ? Vector{c.x / length, c.y / length, c.z / length} : Vector{0.0, 0.0, 1.0};
+  const Vector c = cross(a, b);
+  const double size = length(c);
+  return size > 0.0 ? Vector{c.x / size, c.y / size, c.z / size} : Vector{0.0, 0.0, 1.0};
 }
 
 void store(Lanes3 &lanes, int lane, Vector v) {
@@ -39,17 +48,38 @@ void store(Lanes3 &lanes, int lane, Vector v) {
 
 double largest(Vector v) { return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}); }
 
+// A corner's weight at a point is the point's distance from the opposite edge over the triangle's height there.
+void fill_rim(Vector a, Vector b, Vector c, int lane, Group &out) {
+  const double doubled = length(cross(minus(b, a), minus(c, a)));
+  const double opposite[3] = {length(minus(c, b)), length(minus(a, c)), length(minus(b, a))};
+  for (int corner = 0; corner < 3; ++corner) {
+    const double rim = kRim * static_cast<double>(out.lift[lane]) * opposite[corner];
+    out.rim[corner][lane] = static_cast<float>(rim < kWidestRim * doubled ? rim / doubled : kWidestRim);
+  }
+}
+
+Vector face_normal(const ob_surface &surface, int64_t triangle, Vector a, Vector b, Vector c) {
+  if (surface.faces != nullptr) {
+    const float *n = surface.faces + 3 * triangle;
+    if (n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.5F) {
+      return {n[0], n[1], n[2]};
+    }
+  }
+  return unit_cross(minus(b, a), minus(c, a));
+}
+
 void fill_triangle(const ob_surface &surface, int64_t triangle, int lane, Group &out) {
   const int32_t *index = surface.triangles + 3 * triangle;
   const Vector a = vertex(surface, index[0]);
   const Vector b = vertex(surface, index[1]);
   const Vector c = vertex(surface, index[2]);
-  const Vector geometric = unit_cross(minus(b, a), minus(c, a));
+  const Vector geometric = face_normal(surface, triangle, a, b, c);
   store(out.corner, lane, a);
   store(out.edge1, lane, minus(b, a));
   store(out.edge2, lane, minus(c, a));
   store(out.geometric, lane, geometric);
   out.lift[lane] = kLift * static_cast<float>(std::max({largest(a), largest(b), largest(c)}));
+  fill_rim(a, b, c, lane, out);
   for (int corner = 0; corner < 3; ++corner) {
     const float *n =
         surface.normals == nullptr ? nullptr : surface.normals + 9 * triangle + 3 * static_cast<int64_t>(corner);
@@ -153,6 +183,28 @@ void gather_middle(const ob_surface &surface, Texel texel, Group &out) {
   const Point2 middle = part.count < 3 ? Point2{texel.x + 0.5, texel.y + 0.5} : centroid(part);
   out.foot_x[0][0] = static_cast<float>(middle.x - texel.x);
   out.foot_y[0][0] = static_cast<float>(middle.y - texel.y);
+}
+
+const char *surface_complaint(const ob_surface *surface) {
+  if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||
+      surface->owner == nullptr || surface->width < 1 || surface->height < 1) {
+    return "a surface without vertices, triangles, UVs, owners or size";
+  }
+  if (surface->triangle_count < 0 || surface->triangle_count > INT32_MAX || surface->width > 65536 ||
+      surface->height > 65536) {
+    return "a surface of less than no triangles, of more than 2^31, or of more than 65536 texels in a row or column";
+  }
+  for (int64_t i = 0; i < 3 * surface->triangle_count; ++i) {
+    if (surface->triangles[i] < 0 || surface->triangles[i] >= surface->vertex_count) {
+      return "a triangle of the surface names a vertex that does not exist";
+    }
+  }
+  for (int64_t i = 0; i < static_cast<int64_t>(surface->width) * surface->height; ++i) {
+    if (surface->owner[i] < -1 || surface->owner[i] >= surface->triangle_count) {
+      return "a texel's owner is a triangle that does not exist";
+    }
+  }
+  return nullptr;
 }
 
 } // namespace ob

@@ -28,4 +28,7 @@ int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group,
 // The middle of one texel's footprint as the one active lane, and one foot, of a group.
 void gather_middle(const ob_surface &surface, Texel texel, Group &out);
 
+// What is wrong with a surface that a caller gave; NULL: nothing.
+const char *surface_complaint(const ob_surface *surface);
+
 } // namespace ob

@@ -32,6 +32,7 @@ struct Group {
   Lanes3 geometric;    // unit geometric normal
   Lanes3 shading[3];   // normals at the corners
   Lanes lift;          // how far rays start off the surface
+  Lanes rim[3];        // the least barycentric weight of each corner: points keep off the triangle's edges
   Lanes weight1[3];    // corner 1's barycentric weight at the texel's corner, and its growth along x and y
   Lanes weight2[3];    // of corner 2
   Lanes foot_x[kFeet]; // footprint points within the texel, 0 to 1

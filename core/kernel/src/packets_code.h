@@ -33,7 +33,7 @@ Lanes3 operator-(const Lanes3 &a, const Lanes3 &b) { return {a.x - b.x, a.y - b.
 Lanes3 all3(const float *v) { return {all(v[0]), all(v[1]), all(v[2])}; }
 
 Lanes at_most(Lanes x, Lanes bound) { return x < bound ? x : bound; }
-Lanes at_least_0(Lanes x) { return x > Lanes{} ? x : Lanes{}; }
+Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 
 Lanes to_unit_lanes(LaneBits bits) { return __builtin_convertvector(bits >> 8, Lanes) * 0x1p-24F; }
 
@@ -52,11 +52,11 @@ void place(const Group &group, int feet, Frames &frames) {
   for (int foot = 0; foot < feet; ++foot) {
     const Lanes x = group.foot_x[foot];
     const Lanes y = group.foot_y[foot];
-    // Rounding may leave the triangle by a hair at its edges: back onto it.
-    const Lanes weight1 =
-        at_most(at_least_0(group.weight1[0] + x * group.weight1[1] + y * group.weight1[2]), all(1.0F));
-    const Lanes weight2 =
-        at_most(at_least_0(group.weight2[0] + x * group.weight2[1] + y * group.weight2[2]), 1.0F - weight1);
+    // Off the triangle's edges, which rounding may even have crossed by a hair.
+    const Lanes raw1 = group.weight1[0] + x * group.weight1[1] + y * group.weight1[2];
+    const Lanes raw2 = group.weight2[0] + x * group.weight2[1] + y * group.weight2[2];
+    const Lanes weight1 = at_most(at_least(raw1, group.rim[1]), 1.0F - group.rim[0] - group.rim[2]);
+    const Lanes weight2 = at_most(at_least(raw2, group.rim[2]), 1.0F - group.rim[0] - weight1);
     // One corner plus two edges: 0.8 ulp off the plane at most, where three products give 2.8.
     frames.position[foot] = group.corner + (group.edge1 * weight1 + group.edge2 * weight2);
     const Lanes3 normal =
@@ -139,6 +139,10 @@ template <int W> Lanes get(const Rays<W> *rays, const float (Rays<W>::*field)[W]
   return lanes;
 }
 
+// The cosine of a ray that runs along its triangle, but for rounding: it starts above. From a lift of 2^-20 of the
+// largest coordinate it would meet the plane no nearer than four such coordinates away, and no triangle reaches so far.
+constexpr float kGrazing = -0x1p-22F;
+
 // Ray k of all lanes. They start a lift off the surface, on the side that they go to: a ray below the triangle of a
 // smooth normal leaves its own triangle alone, as in Cycles.
 template <int W>
@@ -147,7 +151,7 @@ Lanes3 make_rays(const Packet &packet, const Group &group, const Frames &frames,
   const float *d = packet.directions + static_cast<int64_t>(k) * 3 * kLanes;
   const Lanes3 direction = frames.tangent[foot] * load(d) + frames.bitangent[foot] * load(d + kLanes) +
                            frames.axis[foot] * load(d + 2 * kLanes);
-  const Lanes lift = dot(direction, group.geometric) < 0.0F ? -group.lift : group.lift;
+  const Lanes lift = dot(direction, group.geometric) < kGrazing ? -group.lift : group.lift;
   const Lanes3 origin = frames.position[foot] + group.geometric * lift;
   put<W>(rays, &Rays<W>::dir_x, direction.x);
   put<W>(rays, &Rays<W>::dir_y, direction.y);

@@ -261,28 +261,6 @@ int32_t trace(Job &job) {
   return cancelled(job.control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
 }
 
-const char *complaint(const ob_surface *surface) {
-  if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||
-      surface->owner == nullptr || surface->width < 1 || surface->height < 1) {
-    return "a surface without vertices, triangles, UVs, owners or size";
-  }
-  if (surface->triangle_count < 0 || surface->triangle_count > INT32_MAX || surface->width > 65536 ||
-      surface->height > 65536) {
-    return "a surface of less than no triangles, of more than 2^31, or of more than 65536 texels in a row or column";
-  }
-  for (int64_t i = 0; i < 3 * surface->triangle_count; ++i) {
-    if (surface->triangles[i] < 0 || surface->triangles[i] >= surface->vertex_count) {
-      return "a triangle of the surface names a vertex that does not exist";
-    }
-  }
-  for (int64_t i = 0; i < static_cast<int64_t>(surface->width) * surface->height; ++i) {
-    if (surface->owner[i] < -1 || surface->owner[i] >= surface->triangle_count) {
-      return "a texel's owner is a triangle that does not exist";
-    }
-  }
-  return nullptr;
-}
-
 const char *complaint(const ob_trace_settings &settings) {
   if (settings.rays < 1 || settings.rays > kMostRays) {
     return "rays must be 1 to 1048576";
@@ -348,7 +326,8 @@ int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_sett
     if (scene == nullptr || !scene->committed || settings == nullptr) {
       return ob::fail(OB_INVALID, "ob_trace without a built scene or settings");
     }
-    for (const char *wrong : {ob::complaint(surface), ob::complaint(*settings), ob::complaint(maps, map_count, sums)}) {
+    for (const char *wrong :
+         {ob::surface_complaint(surface), ob::complaint(*settings), ob::complaint(maps, map_count, sums)}) {
       if (wrong != nullptr) {
         return ob::fail(OB_INVALID, wrong);
       }
@@ -369,7 +348,7 @@ int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_sett
 
 int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals) {
   return ob::guarded([&]() -> int32_t {
-    if (const char *wrong = ob::complaint(surface)) {
+    if (const char *wrong = ob::surface_complaint(surface)) {
       return ob::fail(OB_INVALID, wrong);
     }
     if (positions == nullptr || normals == nullptr) {

@@ -83,6 +83,7 @@ struct Anything {
   int32_t triangles[6] = {0, 1, 2, 0, 2, 3};
   float uv[12] = {0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
   float normals[18] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+  float facing[6] = {0, 0, 1, 0, 0, 1};
   int32_t owner[64] = {};
   ob_surface surface{};
 
@@ -95,6 +96,9 @@ struct Anything {
     }
     for (float &value : uv) {
       value = random.once_in(40) ? draw.one_of({kNan, kInfinity, 1e30F, -0.5F}) : value;
+    }
+    for (float &value : facing) {
+      value = random.once_in(20) ? draw.one_of({kNan, kInfinity, 1e30F, 0.0F}) : value;
     }
     for (float &value : normals) {
       value = random.once_in(40) ? draw.one_of({kNan, kInfinity, 1e30F, 0.0F}) : value;
@@ -109,6 +113,7 @@ struct Anything {
                draw.present(triangles),
                draw.present(uv),
                draw.optional(normals),
+               draw.optional(facing),
                draw.present(owner),
                corners,
                faces,
@@ -233,6 +238,26 @@ static bool see_anything(Random &random, const Scene &built, const Scene &begun)
   return draw.broken();
 }
 
+static bool look_around_anything(Random &random, const Scene &built, const Scene &begun) {
+  Draw draw(random, 50);
+  Anything anything;
+  anything.draw(random, draw);
+  const int64_t size = int64_t{anything.surface.width} * anything.surface.height;
+  int64_t texels[3] = {};
+  for (int64_t &texel : texels) {
+    texel = draw.good_or_bad<int64_t>({0, 1, 2}, {-1, size, INT64_MIN, INT64_MAX});
+    draw.breaks_if(!draw.broken() && (texel >= size || anything.owner[texel] < 0));
+  }
+  uint8_t inside[3];
+  ob_control control{};
+  ob_scene *scene = draw.good_or_bad({built.get()}, {static_cast<ob_scene *>(nullptr), begun.get()});
+  const auto own = draw.one_of<int32_t>({-1, 0, 1, 7, INT32_MIN, INT32_MAX});
+  check_status(draw, ob_inside(scene, draw.present(&anything.surface), own, draw.present(&texels[0]),
+                               draw.good_or_bad<int64_t>({3}, {-1, INT64_MIN}), draw.threads(), draw.present(inside),
+                               draw.optional(&control)));
+  return draw.broken();
+}
+
 static void test_handles(const Device &device) {
   ob_scene *none = nullptr;
   CHECK_EQUAL(ob_scene_begin(nullptr, &none), OB_INVALID);
@@ -312,5 +337,6 @@ int main(int argc, char **argv) {
   repeat(3000, 3, [&](Random &random) { return build_anything(random, device, built); });
   repeat(2000, 4, [&](Random &random) { return instance_anything(random, device, other, built); });
   repeat(3000, 5, [&](Random &random) { return see_anything(random, built, begun); });
+  repeat(3000, 7, [&](Random &random) { return look_around_anything(random, built, begun); });
   repeat(300, 6, [&](Random &random) { return trace_anything(random, built, begun); });
 }

@@ -172,7 +172,7 @@ static void test_feet_lie_on_the_covered_part() {
   const int32_t triangle[] = {0, 1, 2};
   const float uv[] = {0.1F, 0.1F, 0.95F, 0.3F, 0.4F, 0.9F};
   const std::vector<int32_t> owner(64, 0);
-  const ob_surface surface{vertices, triangle, uv, nullptr, owner.data(), 3, 1, 8, 8};
+  const ob_surface surface{vertices, triangle, uv, nullptr, nullptr, owner.data(), 3, 1, 8, 8};
   const ob::TexelTriangle where(uv, 8, 8);
   int partly = 0;
   for (int i = 0; i < ob::kGroups * kLanes; ++i) {
@@ -194,6 +194,13 @@ static void test_feet_lie_on_the_covered_part() {
       CHECK(x >= 0.0 && x <= 1.0 && y >= 0.0 && y <= 1.0);
       CHECK(weight(group.weight1) >= -1e-6 && weight(group.weight2) >= -1e-6);
       CHECK(weight(group.weight1) + weight(group.weight2) <= 1.0 + 1e-6);
+    }
+    Frames frames;
+    ob::kBaselinePackets.place(group, kFeet, frames);
+    for (int foot = 0; foot < kFeet; ++foot) { // off the edges, where rounding could put them behind a wall
+      const double x = double{frames.position[foot].x[lane]};
+      const double y = double{frames.position[foot].y[lane]};
+      CHECK(std::min({x, y, (1.0 - x - y) / std::sqrt(2.0)}) > 7.9 * double{group.lift[lane]});
     }
   }
   CHECK(partly > 10);

@@ -138,6 +138,7 @@ struct Target {
             mesh.triangles.data(),
             mesh.uv.data(),
             normals.empty() ? nullptr : normals.data(),
+            nullptr,
             owner.data(),
             mesh.vertex_count(),
             mesh.triangle_count(),

@@ -1,0 +1,128 @@
+"""The horizon of reflection occlusion: a floor under a ball, seen low by a camera, as it stands and divided.
+
+python -m occlusion_bake.bench.truth.horizon writes build/accuracy/horizon.json and docs/pictures/truth/horizon.png.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...core.bake import BakedMap, Settings, bake
+from ...core.estimators import open_horizon, reflection
+from ...core.scene import Camera, Doubles, Instance, Mesh, Scene
+from .point import patch
+
+ROOT = Path(__file__).resolve().parents[2]
+PICTURE = ROOT / "docs" / "pictures" / "truth" / "horizon.png"
+RESULT = ROOT / "build" / "accuracy" / "horizon.json"
+EXPONENTS = (10.0, 64.0)
+FLOOR, RADIUS = 8.0, 0.6  # side of the floor; of the ball that lies on it
+CAMERA = Camera((-3.9, 0.0, 0.35), (1.0, 0.0, 0.0))
+SIZE = 256
+Maps = Mapping[bool, Mapping[str, BakedMap]]
+
+
+def measure(_: argparse.Namespace | None = None) -> dict[str, Any]:
+    """Bake the floor both ways, draw the picture; how much an open piece of the floor is, beside the formula."""
+    maps = _baked(1024)
+    _draw(maps)
+    rows = [_row(maps, exponent) for exponent in EXPONENTS]
+    return {"rows": rows, "picture": str(PICTURE.relative_to(ROOT))}
+
+
+def page(result: Mapping[str, Any]) -> list[str]:
+    """Lines of Markdown."""
+    rows = [
+        f"| {each['exponent']:g} | {each['angle']:.1f}° | {each['formula']:.4f} | {each['kept']:.4f} | "
+        f"{each['divided']:.4f} |"
+        for each in result["rows"]
+    ]
+    return [
+        "A floor under a ball, RO from a camera that stands low at its left edge. The mean of an open piece of it:",
+        "",
+        "| exponent | R from the normal | open by the formula | as it stands | divided |",
+        "|---|---|---|---|---|",
+        *rows,
+        "",
+        f"![The floor, as it stands and divided](pictures/truth/{PICTURE.name})",
+    ]
+
+
+def _baked(rays: int) -> Maps:
+    floor = Instance("floor", patch(FLOOR, "floor"), np.eye(4))
+    lifted = np.eye(4)
+    lifted[:3, 3] = (0.0, 0.0, RADIUS)
+    scene = Scene([floor], [floor, Instance("ball", _ball(), lifted)], CAMERA)
+    estimators = tuple(reflection(exponent, from_camera=True) for exponent in EXPONENTS)
+    both = {}
+    for divided in (False, True):
+        (baked,) = bake(scene, Settings(estimators, SIZE, SIZE, rays, divide_horizon=divided))
+        both[divided] = baked.maps
+    return both
+
+
+def _ball(steps: int = 96) -> Mesh:
+    """A closed sphere of RADIUS about the origin."""
+    polar, turn = np.mgrid[0 : steps // 2 + 1, 0:steps]
+    polar, turn = np.pi * polar / (steps // 2), 2.0 * np.pi * turn / steps
+    points = RADIUS * np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
+    place = np.arange((steps // 2 + 1) * steps).reshape(-1, steps)
+    a, b = place[:-1], place[1:]
+    c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
+    faces = np.concatenate([np.stack(each, axis=-1).reshape(-1, 3) for each in ((a, b, c), (a, c, d))])
+    return Mesh("ball", points.reshape(-1, 3).astype(np.float32), faces.astype(np.int32))
+
+
+def _row(maps: Maps, exponent: float) -> dict[str, float]:
+    """An open piece of the floor, 8 texels a side, in front of the camera and clear of the ball."""
+    piece = np.s_[SIZE - 16 : SIZE - 8, SIZE // 2 - 4 : SIZE // 2 + 4]
+    angles = _angles()[piece]
+    name = reflection(exponent).name
+    return {
+        "exponent": exponent,
+        "angle": float(np.degrees(angles.mean())),
+        "formula": float(np.mean([open_horizon(exponent, angle) for angle in angles.ravel()])),
+        "kept": float(maps[False][name].values[piece].mean()),
+        "divided": float(maps[True][name].values[piece].mean()),
+    }
+
+
+def _angles() -> Doubles:
+    """Between R and the floor's normal, at each texel's middle."""
+    middle = FLOOR * ((np.arange(SIZE) + 0.5) / SIZE - 0.5)
+    x, y = np.meshgrid(middle, middle[::-1])
+    eye = CAMERA.position
+    return np.arctan2(np.hypot(x - eye[0], y - eye[1]), eye[2])
+
+
+def _draw(maps: Maps) -> None:
+    """Columns: as it stands, divided. Rows: the exponents. The floor from above, the camera at the left."""
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+    figure = Figure(figsize=(5.6, 5.7), layout="constrained")
+    axes = figure.subplots(2, 2)
+    for row, exponent in zip(axes, EXPONENTS, strict=True):
+        for axis, divided in zip(row, (False, True), strict=True):
+            values = maps[divided][reflection(exponent).name].values
+            axis.imshow(np.clip(values, 0.0, 1.0), cmap="gray", vmin=0.0, vmax=1.0, interpolation="nearest")
+            axis.plot(SIZE * (CAMERA.position[0] / FLOOR + 0.5), SIZE / 2, marker=">", color="tab:orange", markersize=9)
+            axis.set(xticks=[], yticks=[], title=f"exponent {exponent:g}, {'divided' if divided else 'as it stands'}")
+    PICTURE.parent.mkdir(parents=True, exist_ok=True)
+    with BytesIO() as drawn:
+        figure.savefig(drawn, format="png", dpi=80)
+        Image.open(drawn).convert("L").save(PICTURE, optimize=True)
+
+
+if __name__ == "__main__":
+    RESULT.parent.mkdir(parents=True, exist_ok=True)
+    measured = measure()
+    RESULT.write_text(json.dumps(measured, indent=1), encoding="utf-8")
+    print("\n".join(page(measured)))

@@ -1,0 +1,31 @@
+"""What must hold whatever is baked, with cases drawn by hypothesis: the same few hundred each time.
+
+The long run, with other cases each time, is `python -m occlusion_bake.bench.truth.fuzz`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from occlusion_bake.bench.truth.properties import PROPERTIES
+
+
+@pytest.mark.parametrize("name", PROPERTIES)
+def test_holds(name: str) -> None:
+    chosen = PROPERTIES[name]
+
+    @settings(
+        max_examples=chosen.short,
+        derandomize=True,
+        deadline=None,
+        database=None,
+        suppress_health_check=[*HealthCheck],
+    )
+    @given(st.tuples(*chosen.cases))
+    def holds(case: tuple[Any, ...]) -> None:
+        chosen.check(*case)
+
+    holds()
