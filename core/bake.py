@@ -26,6 +26,7 @@ from .tracer import Rays, Sums, trace
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
 MAX_THREADS = 1024
+FARTHEST_CAMERA = 1e30  # float32 holds it, whatever the frame's origin
 
 _TEXELS, _BUILD, _INSIDE, _TRACE = (
     (0.0, 0.02),
@@ -209,8 +210,9 @@ def _check_camera(camera: Camera | None) -> None:
     cure = "or bake RO with direction normal"
     if camera is None:
         raise InputError(f"the scene has no camera to take R from; add one, {cure}")
-    if not (np.isfinite(camera.position).all() and np.isfinite(camera.forward).all()):
-        raise InputError(f"the scene's camera: its transform is not finite; clear it, {cure}")
+    numbers = np.abs([*camera.position, *camera.forward])
+    if not (numbers < FARTHEST_CAMERA).all():
+        raise InputError(f"the scene's camera: its transform is not finite, or too far away; clear it, {cure}")
 
 
 def _camera_in(frame: Frame, camera: Camera | None) -> Camera | None:

@@ -197,9 +197,9 @@ static void test_feet_lie_on_the_covered_part() {
     }
     Frames frames;
     ob::kBaselinePackets.place(group, kFeet, frames);
-    for (int foot = 0; foot < kFeet; ++foot) { // off the edges, where rounding could put them behind a wall
-      const double x = double{frames.position[foot].x[lane]};
-      const double y = double{frames.position[foot].y[lane]};
+    for (const ob::Lanes3 &place : frames.position) { // off the edges, where rounding could put them behind a wall
+      const auto x = double{place.x[lane]};
+      const auto y = double{place.y[lane]};
       CHECK(std::min({x, y, (1.0 - x - y) / std::sqrt(2.0)}) > 7.9 * double{group.lift[lane]});
     }
   }
