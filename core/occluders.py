@@ -21,7 +21,7 @@ COPIED_TRIANGLES = 1 << 18
 # An object may be baked in a frame whose origin is off its middle by so many of its radii: two bits of a float32's 24.
 FRAME_RADII = 4.0
 # Occluders larger than this, or farther off, are left out: lengths cubed would leave float32's range (core/scene.py).
-FARTHEST = 1e11
+FARTHEST = 1e12
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,14 @@ from ...core.texels import owners_by_centre, rasterize
 from .wild import UVS, WildBake, WildMesh, WildObject, rotation, tame_bakes, tame_objects, wild_bakes
 
 # What a refusal may begin with: the target's name, or a setting's.
-SUBJECTS = ("target: ", "distance ", "the distance ", "the scene has no camera", "the scene's camera: ", "uniform_hemisphere ")
+SUBJECTS = (
+    "target: ",
+    "distance ",
+    "the distance ",
+    "the scene has no camera",
+    "the scene's camera: ",
+    "uniform_hemisphere ",
+)
 GRAZING = 0.02  # share of values that rays along an edge may change, of scenes all edges
 
 
