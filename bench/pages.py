@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
+MODELS = ROOT / "models"  # .obj files to measure with, where there are any
 
 Measure = Callable[[argparse.Namespace], Any]
 Write = Callable[[Any], list[str]]
@@ -61,9 +62,7 @@ class Page:
         parser = argparse.ArgumentParser(f"python -m {self.module}", description=f"Measure and write {self.path}.")
         parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"which: {', '.join(self.sections)} (all)")
         parser.add_argument("--rounds", type=int, default=3, help="alternating runs of each side (3)")
-        parser.add_argument(
-            "--models", type=Path, default=ROOT.parent / "shared" / "models", help="folder of .obj models"
-        )
+        parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
         parser.add_argument(
             "--write", action="store_true", help="write the page alone, from the results that are there"
         )

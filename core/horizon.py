@@ -21,7 +21,7 @@ def open_horizon(exponent: float, cosines: Doubles) -> Doubles:
     """H_e(α) = 1 − ∫₀^α sinᵉ / ∫₀^π sinᵉ for each cos α, as `estimators.open_horizon`, of any exponent ≥ 0.
 
     cosines: any shape, 0 to 1; below 0 they are taken for 0, the horizon, where half of the lobe is left. Interpolated
-    in a table, to 1e-6. With φ = π/2 − α it is ½ + ½ ∫₀^φ cosᵉ / ∫₀^{π/2} cosᵉ.
+    in a table: to 1e-6, and to 1e-5 for exponents below 0.5. With φ = π/2 − α it is ½ + ½ ∫₀^φ cosᵉ / ∫₀^{π/2} cosᵉ.
     """
     elevations = np.linspace(0.0, min(0.5 * np.pi, _FAR / np.sqrt(max(exponent, 1.0))), _STEPS + 1)
     middles = 0.5 * (elevations[1:] + elevations[:-1])

@@ -51,7 +51,7 @@ def warning(name: str, share: float) -> list[str]:
         return []
     return [
         f"{name}: about {100.0 * share:.0f} % of the texels lie inside another mesh, or behind faces that turn "
-        "away, and bake dark; move the objects apart, hide the outer one from render, or turn its faces round"
+        "away; move the objects apart, hide the outer one from render, or turn its faces round"
     ]
 
 

@@ -93,7 +93,19 @@ def sanitize() -> None:
         program = work / test.stem
         link = [str(compiled), *map(str, kernel), "-pthread", "-ldl"]
         toolchain.run([*toolchain.compiler(), *SANITIZE, *link, "-o", str(program)])
-        toolchain.run([str(program), *embree()])
+        run_checked([str(program), *embree()])
+
+
+def run_checked(command: list[str], attempts: int = 3) -> None:
+    """Run a sanitized program. The leak check at its end may itself crash on Embree's threads: then once more."""
+    print(*command, flush=True)
+    for _ in range(attempts):
+        done = subprocess.run(command, capture_output=True, text=True)
+        if "LeakSanitizer has encountered a fatal error" not in done.stderr:
+            break
+    print(done.stdout, done.stderr, sep="", end="", flush=True)
+    if done.returncode:
+        raise SystemExit(f"{command[0]} ended with status {done.returncode}; its own lines above say why")
 
 
 def embree() -> list[str]:

@@ -25,9 +25,9 @@ from ...addon.leave import leave
 from ...core.compare import compare
 from ...samples.scenes import SCENES
 from ..agreement import RAYS, SAMPLES, SIZE, Sides, bake_both
+from ..pages import MODELS, ROOT
 from .subjects import SUBJECTS, open_subject
 
-ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "build" / "accuracy" / "cycles"
 
 Bools = NDArray[np.bool_]
@@ -65,13 +65,18 @@ def _kept(name: str, target: str, samples: int, seed: int) -> CyclesBake:
 
 
 def _mark(target: str) -> str:
-    """Tells one state of the mesh and its UVs from another."""
+    """Tells one state of the scene's meshes, their places and the target's UVs from another."""
     mesh = bpy.data.objects[target].data
     uv = np.empty((len(mesh.loops), 2), dtype=np.float32)
     mesh.uv_layers.active.uv.foreach_get("vector", uv.reshape(-1))
-    positions = np.empty((len(mesh.vertices), 3), dtype=np.float32)
-    mesh.attributes["position"].data.foreach_get("vector", positions.reshape(-1))
-    return hashlib.blake2b(uv.tobytes() + positions.tobytes(), digest_size=4).hexdigest()
+    mark = hashlib.blake2b(uv.tobytes(), digest_size=4)
+    for each in bpy.data.objects:
+        mark.update(np.array(each.matrix_world, dtype=np.float64).tobytes())
+    for each in bpy.data.meshes:
+        positions = np.empty((len(each.vertices), 3), dtype=np.float32)
+        each.vertices.foreach_get("co", positions.reshape(-1))
+        mark.update(positions.tobytes())
+    return mark.hexdigest()
 
 
 def differences(sides: Sides) -> dict[str, Any]:
@@ -208,7 +213,7 @@ def main(arguments: Sequence[str]) -> int:
     """Measure some scenes, all by default."""
     parser = argparse.ArgumentParser("python -m occlusion_bake.bench.truth.cycles", description="AO beside Cycles.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"which: {', '.join(SUBJECTS)} (all)")
-    parser.add_argument("--models", type=Path, default=ROOT.parent / "shared" / "models", help="folder of .obj models")
+    parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
     parser.add_argument("--samples", type=int, default=SAMPLES, help=f"samples that Cycles takes ({SAMPLES})")
     measure(parser.parse_args(arguments))
     return 0

@@ -41,7 +41,9 @@ class Point:
         texels: int = TEXELS,
     ) -> None:
         assert receiver.mesh.uv is not None
-        frame = Occluders(open_device(), occluders, distance).frame_for(receiver, Progress())
+        built = Occluders(open_device(), occluders, distance)
+        assert not any("it does not occlude" in line for line in built.warnings), built.warnings
+        frame = built.frame_for(receiver, Progress())
         self._scene = frame.scene
         self._surface = surface_of(receiver, frame.origin)
         self._owner = rasterize(receiver.name, receiver.mesh.uv, texels, texels).owner

@@ -25,6 +25,7 @@ from ...core.estimators import AO, Estimator, reflection
 from ...core.progress import Progress
 from ...core.scene import Instance, Scene, bounds_of, zero_area
 from ...core.texels import rasterize
+from ..pages import MODELS
 from .opinion import RAYS, REPLICAS, SEEDS, STRATA, Agreement, ask
 from .subjects import SUBJECTS, open_subject
 
@@ -140,8 +141,7 @@ def main(arguments: Sequence[str]) -> int:
     """Compare some scenes and models, all by default."""
     parser = argparse.ArgumentParser("python -m occlusion_bake.bench.truth.second", description="A second opinion.")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"which: {', '.join(SUBJECTS)} (all)")
-    root = Path(__file__).resolve().parents[2]
-    parser.add_argument("--models", type=Path, default=root.parent / "shared" / "models", help="folder of .obj models")
+    parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
     print(*page(measure(parser.parse_args(arguments))), sep="\n")
     return 0
 

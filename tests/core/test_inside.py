@@ -74,6 +74,17 @@ def test_what_touches_is_not_inside(shapes: Any) -> None:
     assert share(upper, lower) == share(lower, upper) == share(lower, twin) == share(decal, lower) == 0.0
 
 
+@pytest.mark.parametrize("half", [20.0, 2000.0])
+def test_what_stands_on_a_large_turned_slab_is_not_inside(half: float, shapes: Any) -> None:
+    """The slab's own rounding is larger than what rays start off the box by."""
+    turned = shapes.matrix((3.0, -2.0, 1.0), turned=True)
+    slab = shapes.instance(block(shapes), turned @ shapes.matrix((0, 0, -1), (half, half, 1.0)), "slab")
+    box = shapes.instance(block(shapes, 0.5), turned @ shapes.matrix((0.1, 0.2, 0.5)), "box")
+    sunk = shapes.instance(block(shapes, 0.5), turned @ shapes.matrix((0.1, 0.2, 0.4)), "sunk")
+    assert share(box, slab) == 0.0
+    assert share(sunk, slab) == pytest.approx((1.0 + 4 * 0.1) / 6.0, abs=0.02)
+
+
 def test_sheets_hold_nothing(shapes: Any) -> None:
     """A leaf or a roof shows its back to one half of the directions at most."""
     thing = shapes.instance(block(shapes, 0.5), name="thing")

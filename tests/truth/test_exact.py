@@ -32,6 +32,7 @@ CHOSEN = [
     ("trench", "mesh scale 1e4, turned"),
     ("trench, naive samplers", "as it is"),
     ("octant corner, R along (0.58, 0.58, 0.58)", "scale 1e2, offset 1e5"),
+    ("octant corner", "mesh scale 1e4, turned"),
     ("open plane, R at 85°", "junk, turned"),
     ("long wall, R at -60°", "junk, turned"),
     ("trench, R at 60°", "scale 1e4, offset 1e6, turned"),

@@ -60,7 +60,7 @@ def _row(case: Case) -> dict[str, Any]:
     write_image(PICTURES / f"{slug(case.name)}.png", _panels(ours, cycles), depth=8)
     return {
         "texels": int(np.count_nonzero(judged.view.covered)),
-        "inside": getattr(baked, "inside", None),
+        "inside": baked.inside,
         "complaints": [*judged.complaints, *_from_blender(judged, ours)],
         "bits": case.bits,
         "ours": _against(right, ours.values, ours.covered, judged.view.covered),
@@ -126,7 +126,7 @@ def page(result: dict[str, Any]) -> list[str]:
         "# Hard cases",
         "",
         f"Occlusion Bake {version()} beside Cycles (Blender {result['blender']}, {RAYS} samples). Written by "
-        "`.venv-3.13/bin/python -m occlusion_bake.bench.truth.hard.measure`; `make test` holds ours to it.",
+        "`make accuracy VENV=.venv-3.13`; `make test` holds ours to it.",
         "",
         f"Values are visibility: 1 open, 0 closed. Both with {RAYS} rays, no filter; ours baked from Blender's file as "
         "the button does it. Bias and RMSE are against what is right, where that is known, noise included. What is "
@@ -152,7 +152,7 @@ def _line(case: Case, row: dict[str, Any]) -> str:
     if case.bits and not row["complaints"]:
         ours += "; same bits"
     ours = "; ".join([ours, *row["complaints"]])
-    inside = "" if row["inside"] is None else f"{100.0 * row['inside']:.0f} %"
+    inside = f"{100.0 * row['inside']:.0f} %"
     shown = f"[picture](pictures/truth/hard/{slug(case.name)}.png)"
     return f"| {case.name} | {case.right} | {cycles} | {ours} | {inside} | {shown} |"
 

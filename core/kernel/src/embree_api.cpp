@@ -59,6 +59,7 @@ std::string load_embree(const char *path, Embree &embree) {
   get("rtcSetSceneFlags", embree.set_scene_flags);
   get("rtcSetSceneProgressMonitorFunction", embree.set_scene_progress_monitor);
   get("rtcCommitScene", embree.commit_scene);
+  get("rtcGetSceneBounds", embree.get_scene_bounds);
   get("rtcAttachGeometry", embree.attach_geometry);
   get("rtcGetGeometry", embree.get_geometry);
   get("rtcNewGeometry", embree.new_geometry);

@@ -51,6 +51,10 @@ template <int W> struct alignas(W == 1 ? 16 : W * 4) Rays {
   uint32_t mask[W], id[W], flags[W];
 };
 
+struct alignas(16) RTCBounds {
+  float lower[3], pad0, upper[3], pad1;
+};
+
 struct RTCIntersectArguments {
   int flags;
   uint32_t feature_mask;
@@ -81,6 +85,7 @@ struct Embree {
   void (*set_scene_flags)(RTCScene, int);
   void (*set_scene_progress_monitor)(RTCScene, bool (*)(void *, double), void *);
   void (*commit_scene)(RTCScene);
+  void (*get_scene_bounds)(RTCScene, RTCBounds *);
   unsigned (*attach_geometry)(RTCScene, RTCGeometry);
   RTCGeometry (*get_geometry)(RTCScene, unsigned);
   RTCGeometry (*new_geometry)(RTCDevice, int);

@@ -42,13 +42,28 @@ std::array<Direction, kLines> lines() {
   return directions;
 }
 
+// What the scene's largest coordinate is rounded by, and more: meshes closer than that touch. But no more than a
+// thousandth of the triangle's own coordinates, whatever else is in the scene.
+constexpr float kTouch = 0x1p-20F;
+constexpr float kMostLifts = 1024.0F;
+
+float rounding_of(const Geometry &scene) {
+  RTCBounds bounds{};
+  scene.device->embree.get_scene_bounds(scene.handle, &bounds);
+  float largest = 0.0F;
+  for (int axis = 0; axis < 3; ++axis) {
+    largest = std::max({largest, -bounds.lower[axis], bounds.upper[axis]});
+  }
+  return kTouch * largest;
+}
+
 // A texel's middle, and the way off its triangle that rays start with.
 struct Start {
   Direction position, geometric;
   float lift;
 };
 
-Start start_of(const ob_surface &surface, int64_t texel) {
+Start start_of(const ob_surface &surface, int64_t texel, float rounding) {
   Group group{};
   Frames frames{};
   gather_middle(surface, {static_cast<int32_t>(texel % surface.width), static_cast<int32_t>(texel / surface.width)},
@@ -56,12 +71,15 @@ Start start_of(const ob_surface &surface, int64_t texel) {
   kBaselinePackets.place(group, 1, frames);
   const Lanes3 &p = frames.position[0];
   const Lanes3 &g = group.geometric;
-  return {{p.x[0], p.y[0], p.z[0]}, {g.x[0], g.y[0], g.z[0]}, group.lift[0]};
+  const float lift = std::max(group.lift[0], std::min(rounding, kMostLifts * group.lift[0]));
+  return {{p.x[0], p.y[0], p.z[0]}, {g.x[0], g.y[0], g.z[0]}, lift};
 }
 
 class Looker {
 public:
   Looker(const Geometry &scene, int32_t own) : scene_(scene), own_(own) {}
+
+  const Geometry &scene() const { return scene_; }
 
   // Off the surface first: most texels are open, and their rays say so soonest on the side without their own mesh.
   bool is_inside(const Start &start) const {
@@ -81,9 +99,8 @@ public:
   }
 
 private:
-  // Whether the ray gets out of a mesh, other than its own, that it has not got into. It starts where the bake's would,
-  // off the surface on the side that it goes to: so a face that touches another mesh is not inside it, as one side's
-  // rays start outside.
+  // Whether the ray gets out of a mesh, other than its own, that it has not got into. It starts off the surface on the
+  // side that it goes to: so a face that touches another mesh is not inside it, as one side's rays start outside.
   bool gets_out(Direction from, Direction off, float lift, Direction d) const {
     RayHit hit{};
     hit.ray = {{from.x + lift * off.x},
@@ -132,7 +149,7 @@ private:
     return along_inverse(m, n, d) > 0.0;
   }
 
-  // n . (M^-1 d), by Cramer's rule: its columns are those of the adjugate. 0 where M flattens.
+  // n . (M^-1 d) but for a positive factor, by Cramer's rule: its columns are those of the adjugate.
   static double along_inverse(const float (&m)[12], Direction n, Direction d) {
     const double a[3] = {m[0], m[4], m[8]};
     const double b[3] = {m[1], m[5], m[9]};
@@ -159,12 +176,13 @@ bool all_owned(const ob_surface &surface, const int64_t *texels, int64_t count) 
 int32_t look(const Looker &looker, const ob_surface &surface, const int64_t *texels, int64_t count, int32_t threads,
              uint8_t *inside, ob_control *control) {
   constexpr int64_t kPiece = 64;
+  const float rounding = rounding_of(looker.scene());
   begin(control, count);
   run_parallel(thread_count(threads), (count + kPiece - 1) / kPiece, [&](auto next) {
     for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
       const int64_t end = std::min(count, (piece + 1) * kPiece);
       for (int64_t i = piece * kPiece; i < end; ++i) {
-        inside[i] = looker.is_inside(start_of(surface, texels[i])) ? 1 : 0;
+        inside[i] = looker.is_inside(start_of(surface, texels[i], rounding)) ? 1 : 0;
       }
       advance(control, end - piece * kPiece);
     }
