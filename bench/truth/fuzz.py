@@ -129,13 +129,13 @@ def page(result: dict[str, Any]) -> list[str]:
 
 
 MEANING = {
-    "is_sound": "refused in one line that names the object or the setting, or finite and within [0, 1]",
+    "is_sound": "refused in one line that names the object or the setting, or finite and within its weights' range",
     "farther_never_brightens": "a larger distance never raises a value, texel by texel",
     "an_occluder_never_brightens": "one more occluder never raises a value, texel by texel",
     "powers_of_two_change_no_bit": "scene and distance scaled by a power of two: not a bit changes",
     "stray_vertices_change_no_bit": "loose vertices, however far off: not a bit changes",
-    "scale_changes_nothing_but_grazing_rays": "scaled by any other factor: nothing beyond grazing rays",
-    "motion_changes_nothing_but_noise": "turned and moved: nothing beyond noise",
+    "scale_changes_nothing_but_grazing_rays": "scaled by any other factor: the mean by 2 % at most, by grazing rays",
+    "motion_changes_nothing_but_noise": "turned and moved: nothing beyond six sigmas, and one texel",
     "texels_are_sound": "texels: owners exist, coverage within [0, 1], nothing left out, threads change nothing",
     "texels_hold_the_area_of_their_triangles": "coverage adds up to the area of the triangles; mirrored UVs mirror it",
     "margins_stay_between": "margins stay between the covered values; covered texels keep their bits",
