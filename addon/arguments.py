@@ -35,7 +35,8 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     add("--distance", type=float, metavar="D", help="how far an occluder may be (no limit)")
     add("--ro-exponent", type=float, nargs="+", default=[10.0], metavar="E", help="Phong exponents of RO (10)")
     add("--ro-direction", choices=("normal", "camera"), default="normal", help="what R is taken from (normal)")
-    add("--ro-horizon", choices=("keep", "divide"), default="keep", help="RO of open points below 1, or all 1 (keep)")
+    horizon = "the formula as it stands, or divided by its value in the open (keep)"
+    add("--ro-horizon", choices=("keep", "divide"), default="keep", help=horizon)
     samplers = ("importance", "uniform_hemisphere", "uniform_sphere")
     add("--sampler", choices=samplers, default="importance", help="naive ones are for comparison (importance)")
     add("--uv", metavar="NAME|charts", help="the UV map; charts: make one (the active map, charts where there is none)")

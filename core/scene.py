@@ -147,7 +147,8 @@ def _check_arrays(target: Instance) -> None:
         raise InputError(f"{target.name}: a triangle names a vertex that does not exist; make the mesh again")
     for kind, values in (("UVs", mesh.uv), ("normals", mesh.normals)):
         if values is not None and values.shape[:2] != mesh.triangles.shape:
-            raise InputError(f"{target.name}: its {kind} are not one a corner of each triangle; make the mesh again")
+            wanted = " x ".join(map(str, mesh.triangles.shape))
+            raise InputError(f"{target.name}: its {kind} do not fit {wanted} triangle corners; make the mesh again")
 
 
 def zero_area(mesh: Mesh) -> NDArray[np.bool_]:

@@ -118,7 +118,7 @@ def _draw(maps: Maps) -> None:
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     with BytesIO() as drawn:
         figure.savefig(drawn, format="png", dpi=80)
-        Image.open(drawn).convert("L").save(PICTURE, optimize=True)
+        Image.open(drawn).convert("P", palette=Image.Palette.ADAPTIVE).save(PICTURE, optimize=True)
 
 
 if __name__ == "__main__":

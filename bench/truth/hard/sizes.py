@@ -39,7 +39,7 @@ TINY = 1e-5
 
 def _mixed_scale() -> Scene:
     """A floor of a few 1e-5 under a ball of its size, before a wall of 1."""
-    spot = moved(floor(2.0), (0, 0, 0))
+    spot = floor(2.0)
     wall = quad((-1, -1e3, 0), (0, 2e3, 0), (0, 0, 1), name="wall")
     small = matrix(scale=TINY, turned=False)
     turned = matrix((7, 8, 9))
@@ -48,7 +48,7 @@ def _mixed_scale() -> Scene:
 
 
 def _mixed_exact(view: View) -> Doubles:
-    """Ball and wall do not overlap as seen from texels to the ball's +x side; the sum of what they block."""
+    """Ball and wall do not overlap as seen from texels on the ball's -x side: the sum of what they block."""
     points = view.local
     wall = 1.0 - exact.endless_wall(1.0 + TINY * points[..., 0], 1.0)
     right = exact.ball_above_floor(points, *BALL) - wall
