@@ -8,7 +8,6 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Mapping
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -105,7 +104,6 @@ def _angles() -> Doubles:
 def _draw(maps: Maps) -> None:
     """Columns: as it stands, divided. Rows: the exponents. The floor from above, the camera at the left."""
     from matplotlib.figure import Figure
-    from PIL import Image
 
     figure = Figure(figsize=(5.6, 5.7), layout="constrained")
     axes = figure.subplots(2, 2)
@@ -116,9 +114,7 @@ def _draw(maps: Maps) -> None:
             axis.plot(SIZE * (CAMERA.position[0] / FLOOR + 0.5), SIZE / 2, marker=">", color="tab:orange", markersize=9)
             axis.set(xticks=[], yticks=[], title=f"exponent {exponent:g}, {'divided' if divided else 'as it stands'}")
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    with BytesIO() as drawn:
-        figure.savefig(drawn, format="png", dpi=80)
-        Image.open(drawn).convert("P", palette=Image.Palette.ADAPTIVE).save(PICTURE, optimize=True)
+    figure.savefig(PICTURE, dpi=80)
 
 
 if __name__ == "__main__":
