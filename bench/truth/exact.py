@@ -185,6 +185,8 @@ def page(result: dict[str, Any]) -> list[str]:
             for row in result["cases"]
         ),
         "",
+        _resolved(result["cases"]),
+        "",
         "### Texels that must be exact",
         "",
         "Nothing may leave a closed mesh, and nothing of a plane may block its own sky: every texel is 0, or 1, to the "
@@ -201,6 +203,14 @@ def page(result: dict[str, Any]) -> list[str]:
         *_bowl_page(result["bowl"]),
         *(["", "### Does not hold", "", *(f"- {line}" for line in result["failures"])] if result["failures"] else []),
     ]
+
+
+def _resolved(rows: Sequence[dict[str, Any]]) -> str:
+    count = sum(RESOLVED * row["error"] <= CONVERGED for row in rows)
+    return (
+        f"In {count} of {len(rows)} rows the noise is low enough, {RESOLVED:g} standard errors within {CONVERGED:g}, "
+        f"to ask for a bias of at most {CONVERGED:g}, and it is; the others rest on t alone."
+    )
 
 
 def _bowl_page(rows: Iterable[dict[str, Any]]) -> list[str]:

@@ -250,8 +250,8 @@ def _deviation(curve: Curve) -> float:
 
 
 def _rays_for(curve: Curve) -> str:
-    """How many rays bring the error to TARGET: between measured numbers, beyond them by 1/√N."""
-    if curve.rmse[-1] > TARGET:
+    """How many rays bring the error to TARGET: of random ones by theory, of the shipped set between measured numbers."""
+    if curve.set == "random":
         return f"{(curve.case.sigma / TARGET) ** 2:,.0f}"
     return f"{np.exp(np.interp(-np.log(TARGET), -np.log(curve.rmse), np.log(curve.rays))):,.0f}"
 
