@@ -250,7 +250,7 @@ def _deviation(curve: Curve) -> float:
 
 
 def _rays_for(curve: Curve) -> str:
-    """How many rays bring the error to TARGET: of random ones by theory, of the shipped set between measured numbers."""
+    """How many rays bring the error to TARGET: random ones by theory, the shipped set between measured numbers."""
     if curve.set == "random":
         return f"{(curve.case.sigma / TARGET) ** 2:,.0f}"
     return f"{np.exp(np.interp(-np.log(TARGET), -np.log(curve.rmse), np.log(curve.rays))):,.0f}"
