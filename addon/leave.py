@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable, Sequence
 from typing import NoReturn
+
+from ..core.errors import InputError
 
 
 def leave(status: int) -> NoReturn:
@@ -15,3 +18,13 @@ def leave(status: int) -> NoReturn:
     sys.stdout.flush()
     sys.stderr.flush()
     os._exit(status)
+
+
+def run_and_leave(main: Callable[[Sequence[str]], int]) -> NoReturn:
+    """Run a command line's `main` and leave with its status; bad input ends it with one line and status 2."""
+    try:
+        status = main(sys.argv[1:])
+    except InputError as refusal:
+        sys.stderr.write(f"{refusal}\n")
+        status = 2
+    leave(status)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -64,9 +64,9 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
     return {"scenes": scenes, "blender": bpy.app.version_string}
 
 
-def converged(target: str, seed: int) -> CyclesBake:
+def converged(target: str, seed: int, samples: int = SAMPLES) -> CyclesBake:
     """What is compared with: AO of an object of the open file, by Cycles."""
-    return bake_ao(bpy.context, target, (SIZE, SIZE), SAMPLES, None, os.cpu_count() or 1, seed)
+    return bake_ao(bpy.context, target, (SIZE, SIZE), samples, None, os.cpu_count() or 1, seed)
 
 
 def bake_both(target: str, reference: Reference) -> Sides:
@@ -105,6 +105,11 @@ def figures(sides: Sides) -> dict[str, Any]:
     }
 
 
+def ratio(row: Mapping[str, float]) -> float:
+    """The mean square difference over what the noise of both would give: 1 where nothing else tells them apart."""
+    return row["rmse"] ** 2 / (row["sigma_ours"] ** 2 + row["sigma_cycles"] ** 2)
+
+
 def page(result: dict[str, Any]) -> list[str]:
     """The section of the page."""
     lines = [
@@ -125,10 +130,9 @@ def page(result: dict[str, Any]) -> list[str]:
         "|---|---|---|---|---|---|---|---|---|",
     ]
     for name, row in result["scenes"].items():
-        ratio = row["rmse"] ** 2 / (row["sigma_ours"] ** 2 + row["sigma_cycles"] ** 2)
         lines.append(
             f"| {name}, {row['object']} | {row['texels']} | {row['not_covered_by_cycles']} "
             f"| {row['of_another_triangle']} | {row['bias']:+.5f} | {row['rmse']:.5f} | {row['sigma_ours']:.5f} "
-            f"| {row['sigma_cycles']:.5f} | {ratio:.2f} |"
+            f"| {row['sigma_cycles']:.5f} | {ratio(row):.2f} |"
         )
     return lines

@@ -28,12 +28,8 @@ MAX_RAYS = 1 << 20
 MAX_THREADS = 1024
 FARTHEST_CAMERA = 1e30  # float32 holds it, whatever the frame's origin
 
-_TEXELS, _BUILD, _INSIDE, _TRACE = (
-    (0.0, 0.02),
-    (0.02, 0.05),
-    (0.05, 0.06),
-    (0.06, 1.0),
-)  # of the time an object takes, for the progress bar
+# Parts of the time that an object takes, for the progress bar.
+_TEXELS, _BUILD, _INSIDE, _TRACE = (0.0, 0.02), (0.02, 0.05), (0.05, 0.06), (0.06, 1.0)
 
 
 @dataclass(frozen=True)
@@ -148,7 +144,7 @@ class Baker:
             surface = surface_of(target, frame.origin)
         with _timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
-        camera = _camera_in(frame, self._scene.camera)
+        camera = self._scene.camera and self._scene.camera.about(frame.origin)
         with _timed(seconds, "trace"):
             control = progress.enter(f"{target.name}: tracing", _TRACE)
             rays = Rays(settings.rays, settings.seed, settings.reach, settings.threads, camera=camera)
@@ -213,14 +209,6 @@ def _check_camera(camera: Camera | None) -> None:
     numbers = np.abs([*camera.position, *camera.forward])
     if not (numbers < FARTHEST_CAMERA).all():
         raise InputError(f"the scene's camera: its transform is not finite, or too far away; clear it, {cure}")
-
-
-def _camera_in(frame: Frame, camera: Camera | None) -> Camera | None:
-    """The camera relative to the frame's origin."""
-    if camera is None:
-        return None
-    x, y, z = np.asarray(camera.position, dtype=np.float64) - frame.origin
-    return Camera((float(x), float(y), float(z)), camera.forward, camera.orthographic)
 
 
 @contextmanager

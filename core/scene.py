@@ -79,6 +79,11 @@ class Camera:
     forward: tuple[float, float, float]
     orthographic: bool = False
 
+    def about(self, origin: Doubles) -> Camera:
+        """The same view in a frame with this origin ((3,) float64), subtracted in float64."""
+        x, y, z = np.asarray(self.position, dtype=np.float64) - origin
+        return replace(self, position=(float(x), float(y), float(z)))
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:

@@ -6,7 +6,6 @@ python -m occlusion_bake.samples.bake [NAME...] [--size N] [--rays N] [--samples
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,7 +16,7 @@ import bpy
 from ..addon.comparison import compare_with_cycles
 from ..addon.files import Folder
 from ..addon.job import Options, Outcome, bake_steps
-from ..addon.leave import leave
+from ..addon.leave import run_and_leave
 from ..addon.runner import run
 from ..core.bake import Baked, Settings
 from ..core.errors import InputError
@@ -112,9 +111,4 @@ def _row(scene: str, entry: Json) -> str:
 
 
 if __name__ == "__main__":
-    try:
-        status = main(sys.argv[1:])
-    except InputError as refusal:
-        print(refusal, file=sys.stderr)
-        status = 2
-    leave(status)
+    run_and_leave(main)

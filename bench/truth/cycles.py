@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,11 +19,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.cycles import CyclesBake, bake_ao
+from ...addon.cycles import CyclesBake
 from ...addon.leave import leave
 from ...core.compare import compare
 from ...samples.scenes import SCENES
-from ..agreement import RAYS, SAMPLES, SIZE, Sides, bake_both
+from ..agreement import RAYS, SAMPLES, SIZE, Sides, bake_both, converged, ratio
 from ..pages import MODELS, ROOT
 from .subjects import SUBJECTS, open_subject
 
@@ -55,7 +54,7 @@ def _kept(name: str, target: str, samples: int, seed: int) -> CyclesBake:
     if path.is_file():
         with np.load(path) as kept:
             return CyclesBake(kept["values"], kept["coverage"], float(kept["seconds"]))
-    baked = bake_ao(bpy.context, target, (SIZE, SIZE), samples, None, os.cpu_count() or 1, seed)
+    baked = converged(target, seed, samples)
     KEPT.mkdir(parents=True, exist_ok=True)
     part = path.with_suffix(".part.npz")
     np.savez_compressed(part, values=baked.values, coverage=baked.coverage, seconds=baked.seconds)
@@ -189,12 +188,8 @@ def _cells(kind: dict[str, float]) -> str:
         return f"{kind['texels']} | | | | |"
     return (
         f"{kind['texels']} | {kind['bias']:+.5f} | {kind['rmse']:.5f} | {kind['sigma_ours']:.5f} "
-        f"| {kind['sigma_cycles']:.5f} | {_ratio(kind):.2f}"
+        f"| {kind['sigma_cycles']:.5f} | {ratio(kind):.2f}"
     )
-
-
-def _ratio(kind: dict[str, float]) -> float:
-    return kind["rmse"] ** 2 / (kind["sigma_ours"] ** 2 + kind["sigma_cycles"] ** 2)
 
 
 def _counts(name: str, row: dict[str, Any]) -> str:
@@ -205,7 +200,7 @@ def _counts(name: str, row: dict[str, Any]) -> str:
     )
     for kind in (row["whole"], row["cut"]):
         named = "bias" in kind
-        cells.append(f"{kind['texels']}, {kind['bias']:+.5f}, {_ratio(kind):.2f}" if named else kind["texels"])
+        cells.append(f"{kind['texels']}, {kind['bias']:+.5f}, {ratio(kind):.2f}" if named else kind["texels"])
     return f"| {' | '.join(map(str, cells))} |"
 
 

@@ -1,14 +1,12 @@
 """The horizon of reflection occlusion: a floor under a ball, seen low by a camera, as it stands and divided.
 
-python -m occlusion_bake.bench.truth.horizon writes build/accuracy/horizon.json and docs/pictures/truth/horizon.png.
+Draws docs/pictures/truth/horizon.png.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,11 +14,10 @@ import numpy as np
 from ...core.bake import BakedMap, Settings, bake
 from ...core.estimators import open_horizon, reflection
 from ...core.scene import Camera, Doubles, Instance, Mesh, Scene
+from ..pages import ROOT
 from .point import patch
 
-ROOT = Path(__file__).resolve().parents[2]
 PICTURE = ROOT / "docs" / "pictures" / "truth" / "horizon.png"
-RESULT = ROOT / "build" / "accuracy" / "horizon.json"
 EXPONENTS = (10.0, 64.0)
 FLOOR, RADIUS = 8.0, 0.6  # side of the floor; of the ball that lies on it
 CAMERA = Camera((-3.9, 0.0, 0.35), (1.0, 0.0, 0.0))
@@ -28,7 +25,7 @@ SIZE = 256
 Maps = Mapping[bool, Mapping[str, BakedMap]]
 
 
-def measure(_: argparse.Namespace | None = None) -> dict[str, Any]:
+def measure(_: argparse.Namespace) -> dict[str, Any]:
     """Bake the floor both ways, draw the picture; how much an open piece of the floor is, beside the formula."""
     maps = _baked(1024)
     _draw(maps)
@@ -37,13 +34,15 @@ def measure(_: argparse.Namespace | None = None) -> dict[str, Any]:
 
 
 def page(result: Mapping[str, Any]) -> list[str]:
-    """Lines of Markdown."""
+    """The section of the page."""
     rows = [
         f"| {each['exponent']:g} | {each['angle']:.1f}° | {each['formula']:.4f} | {each['kept']:.4f} | "
         f"{each['divided']:.4f} |"
         for each in result["rows"]
     ]
     return [
+        "## The open horizon",
+        "",
         "A floor under a ball, RO from a camera that stands low at its left edge. The mean of an open piece of it:",
         "",
         "| exponent | R from the normal | open by the formula | as it stands | divided |",
@@ -115,10 +114,3 @@ def _draw(maps: Maps) -> None:
             axis.set(xticks=[], yticks=[], title=f"exponent {exponent:g}, {'divided' if divided else 'as it stands'}")
     PICTURE.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(PICTURE, dpi=80)
-
-
-if __name__ == "__main__":
-    RESULT.parent.mkdir(parents=True, exist_ok=True)
-    measured = measure()
-    RESULT.write_text(json.dumps(measured, indent=1), encoding="utf-8")
-    print("\n".join(page(measured)))

@@ -288,7 +288,7 @@ def _ours(
     alone = np.full_like(owner, -1)
     alone[y, x] = owner[y, x]
     frame = Occluders(open_device(), scene.occluders, distance).frame_for(target, Progress())
-    surface, camera = surface_of(target, frame.origin), _moved(scene.camera, frame.origin)
+    surface, camera = surface_of(target, frame.origin), scene.camera and scene.camera.about(frame.origin)
     values = []
     for seed in range(SEEDS):
         rays = Rays(RAYS, seed, distance, camera=camera)
@@ -298,6 +298,7 @@ def _ours(
 
 
 def _moved(camera: Camera | None, origin: Doubles) -> Camera | None:
+    """The second opinion's own: it shares no code with what it judges."""
     if camera is None:
         return None
     x, y, z = np.asarray(camera.position, dtype=np.float64) - origin

@@ -48,10 +48,7 @@ class Point:
         self._surface = surface_of(receiver, frame.origin)
         self._owner = rasterize(receiver.name, receiver.mesh.uv, texels, texels).owner
         self._distance = distance
-        self._camera = None
-        if camera is not None:
-            x, y, z = np.asarray(camera.position, dtype=np.float64) - frame.origin
-            self._camera = Camera((float(x), float(y), float(z)), camera.forward, camera.orthographic)
+        self._camera = camera and camera.about(frame.origin)
 
     def values(self, estimators: Sequence[Estimator], rays: int, seed: int = 0, packet_width: int = 0) -> Doubles:
         """(M, H, W) float64: each texel's estimate with that many rays; NaN where it faces away from the camera."""

@@ -6,11 +6,10 @@ python -m occlusion_bake.samples.study [convergence|running|pictures|page ...] [
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ...addon.leave import leave
+from ...addon.leave import run_and_leave
 from ...core.errors import InputError
 from . import convergence, curves, page, pictures, running
 
@@ -61,9 +60,4 @@ PARTS: dict[str, Callable[[Path], None]] = {
 }
 
 if __name__ == "__main__":
-    try:
-        status = main(sys.argv[1:])
-    except InputError as refusal:
-        print(refusal, file=sys.stderr)
-        status = 2
-    leave(status)
+    run_and_leave(main)

@@ -11,7 +11,6 @@ import re
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -26,11 +25,11 @@ from ....core.images import write_image
 from ....core.scene import Doubles, Floats
 from ....core.version import version
 from ...ours import bake_here
+from ...pages import ROOT
 from .blender import open_scene
 from .case import SIGMAS, TWIN_SEED, Bools, Case, Judged, judge, settings_of, speckles
 from .catalogue import CASES
 
-ROOT = Path(__file__).resolve().parents[3]
 RESULT = ROOT / "build" / "accuracy" / "hard.json"
 PAGE = ROOT / "docs" / "hard_cases.md"
 PICTURES = ROOT / "docs" / "pictures" / "truth" / "hard"
