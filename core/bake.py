@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,18 +16,24 @@ from . import horizon, inside
 from .embree import open_device
 from .errors import InputError
 from .estimators import AO, Axis, Estimator
+from .field import Field
 from .finish import fill_margin
+from .kernel_api import Control
 from .occluders import Frame, Occluders
 from .progress import Progress
-from .scene import Camera, Floats, Instance, Placed, Scene, check_target, surface_of, zero_area
-from .solve import solve
+from .scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
+from .solve import Goal, Means, Solved, first_rays, solve
 from .texels import Texels, rasterize
-from .tracer import Rays, Sums, trace
+from .tracer import Rays, Sums, trace, trace_texels
 
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
 MAX_THREADS = 1024
+LEAST_ERROR, MOST_ERROR = 1e-5, 0.5
 FARTHEST_CAMERA = 1e30  # float32 holds it, whatever the frame's origin
+
+# Seeds of rounds and of probes, so many apart.
+_NEXT_SEED, _PROBES = 0x9E3779B97F4A7C15, 1 << 20
 
 # Parts of the time that an object takes, for the progress bar.
 _TEXELS, _BUILD, _INSIDE, _TRACE = (0.0, 0.02), (0.02, 0.05), (0.05, 0.06), (0.06, 1.0)
@@ -34,7 +41,9 @@ _TEXELS, _BUILD, _INSIDE, _TRACE = (0.0, 0.02), (0.02, 0.05), (0.05, 0.06), (0.0
 
 @dataclass(frozen=True)
 class Settings:
-    """What to bake, checked once here. distance: scene units, None for no limit. threads 0: all.
+    """What to bake, checked once here. rays: of every texel and map; error: the RMSE to bake each map to instead, with
+    as many rays as that takes. filtered: by the filter that knows the surface; None: where an error is asked for.
+    distance: scene units, None for no limit. threads 0: all.
     divide_horizon: maps about the reflected direction become a share of what an open surface would get (horizon.py).
 
     Raises InputError, one line, for a value out of range.
@@ -44,6 +53,8 @@ class Settings:
     width: int = 1024
     height: int = 1024
     rays: int = 64
+    error: float | None = None
+    filtered: bool | None = None
     distance: float | None = None
     margin: int = 16
     threads: int = 0
@@ -60,12 +71,19 @@ class Settings:
             raise InputError(f"size {self.width}x{self.height}: give 1 to {MAX_SIZE} texels a side")
         if not 1 <= self.rays <= MAX_RAYS:
             raise InputError(f"rays {self.rays}: give 1 to {MAX_RAYS}")
+        if self.error is not None and not LEAST_ERROR <= self.error <= MOST_ERROR:
+            raise InputError(f"error {self.error:g}: give an RMSE of {LEAST_ERROR:g} to {MOST_ERROR:g}, e.g. 0.004")
         if self.distance is not None and not (math.isfinite(self.distance) and self.distance > 0.0):
             raise InputError(f"distance {self.distance:g}: give a number above 0, or none for no limit")
         if not 0 <= self.margin <= MAX_SIZE:
             raise InputError(f"margin {self.margin}: give 0 to {MAX_SIZE} texels")
         if not 0 <= self.threads <= MAX_THREADS:
             raise InputError(f"threads {self.threads}: give 1 to {MAX_THREADS}, or 0 for all")
+
+    @property
+    def goal(self) -> Goal:
+        """How far to go."""
+        return Goal(self.rays, self.error, self.error is not None if self.filtered is None else self.filtered)
 
     @property
     def reach(self) -> float:
@@ -76,14 +94,17 @@ class Settings:
 @dataclass(frozen=True, eq=False)
 class BakedMap:
     """One finished image. values: (H, W) float32 with margins; covered: (H, W) bool; coverage: (H, W) float32, 0 in
-    margins; error: estimated RMSE over the covered texels; mean: their mean. Values are 0 to 1, but for noise above 1
-    where the horizon was divided out."""
+    margins; error: measured RMSE over the covered texels, and p99 the error that 99 of 100 stay within (probes.py);
+    mean: their mean; rays: all that it took. Values are 0 to 1, but for noise above 1 where the horizon was divided out
+    and nothing filtered."""
 
     values: Floats
     covered: NDArray[np.bool_]
     coverage: Floats
     error: float
+    p99: float
     mean: float
+    rays: int
 
 
 @dataclass(eq=False)
@@ -145,19 +166,15 @@ class Baker:
         with _timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
-        with _timed(seconds, "trace"):
-            control = progress.enter(f"{target.name}: tracing", _TRACE)
-            rays = Rays(settings.rays, settings.seed, settings.reach, settings.threads, camera=camera)
-            sums = trace(frame.scene, surface, texels.owner, settings.estimators, rays, control=control)
-        with _timed(seconds, "solve"):
-            if settings.divide_horizon and camera is not None:
-                _divide_by_horizon(sums, surface, texels, camera, settings)
+        bench = _Bench(target.name, frame, surface, texels.owner, camera, settings, progress)
+        solved = bench.solve(seconds)
+        with _timed(seconds, "finish"):
             maps = {
-                estimator.name: _finished(sums, index, texels, settings, progress)
-                for index, estimator in enumerate(settings.estimators)
+                estimator.name: _finished(each, texels, settings, progress)
+                for estimator, each in zip(settings.estimators, solved, strict=True)
             }
-        traced = texels.count * settings.rays * len(settings.estimators)
-        warnings += [*texels.warnings, *inside.warning(target.name, share)]
+        traced = sum(each.rays for each in solved)
+        warnings += [*texels.warnings, *inside.warning(target.name, share), *_shortfalls(target, settings, solved)]
         return Baked(target.name, settings.width, settings.height, texels.count, traced, maps, share, seconds, warnings)
 
     def _share_inside(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
@@ -178,19 +195,121 @@ def bake(scene: Scene, settings: Settings, progress: Progress | None = None) -> 
     yield from map(baker.bake, scene.targets)
 
 
-def _finished(sums: Sums, index: int, texels: Texels, settings: Settings, progress: Progress) -> BakedMap:
+class _Bench:
+    """What it takes to solve the maps of one target: rays from its texels, their horizon, the filter's field."""
+
+    def __init__(
+        self,
+        name: str,
+        frame: Frame,
+        surface: Placed,
+        owner: Ints,
+        camera: Camera | None,
+        settings: Settings,
+        progress: Progress,
+    ) -> None:
+        self._name, self._frame, self._surface, self._owner = name, frame, surface, owner
+        self._camera, self._settings, self._progress = camera, settings, progress
+        self._left = _TRACE[0]  # where in the bar the next stage begins
+        self._divided = settings.divide_horizon and camera is not None
+
+    def solve(self, seconds: dict[str, float]) -> list[Solved]:
+        """All maps. Their first round is traced together."""
+        goal, estimators = self._settings.goal, self._settings.estimators
+        alone = goal.error is None and not goal.filtered
+        with _timed(seconds, "trace"):
+            sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not alone)
+        with _timed(seconds, "solve"):
+            return [
+                solve(
+                    (sums.all[index], None if sums.first_half is None else sums.first_half[index]),
+                    *(self._owner, goal, estimator.exponent, self._settings.seed),
+                    self._means(estimator, seconds),
+                )
+                for index, estimator in enumerate(estimators)
+            ]
+
+    def _means(self, estimator: Estimator, seconds: dict[str, float]) -> Means:
+        def trace_round(owner: Ints, rays: int, number: int) -> tuple[Floats, Floats]:
+            with _moved(seconds, "solve", "trace"):
+                sums = self._trace(owner, (estimator,), rays, number, halves=True)
+            assert sums.first_half is not None
+            return sums.all[0], sums.first_half[0]
+
+        def probe(texels: NDArray[np.int64], rays: int, number: int) -> Floats:
+            with _moved(seconds, "solve", "probe"):
+                how = self._rays(rays, _PROBES + number)
+                listed = trace_texels(
+                    *(self._frame.scene, self._surface, self._owner, texels, (estimator,), how),
+                    control=self._progress.control,
+                )
+            row: Floats = listed[0]
+            if self._divides(estimator):
+                horizon.divide(row, self._openness(estimator).reshape(-1)[texels])
+            return row
+
+        return Means(trace_round, probe, lambda: self._field, self._enter)
+
+    def _trace(self, owner: Ints, estimators: Sequence[Estimator], rays: int, number: int, *, halves: bool) -> Sums:
+        control = self._enter("tracing")
+        how = self._rays(rays, number)
+        sums = trace(self._frame.scene, self._surface, owner, estimators, how, halves=halves, control=control)
+        for index, estimator in enumerate(estimators):
+            if self._divides(estimator):
+                for images in (sums.all, sums.first_half):
+                    if images is not None:
+                        horizon.divide(images[index], self._openness(estimator))
+        return sums
+
+    def _rays(self, rays: int, number: int) -> Rays:
+        """Each round's rays, and each draw of the probes', by a seed of its own; the first round's by the bake's."""
+        settings = self._settings
+        seed = settings.seed + number * _NEXT_SEED
+        return Rays(rays, seed, settings.reach, settings.threads, camera=self._camera)
+
+    def _divides(self, estimator: Estimator) -> bool:
+        return self._divided and estimator.axis is Axis.REFLECTED
+
+    def _openness(self, estimator: Estimator) -> Doubles:
+        return horizon.open_horizon(estimator.exponent, self._cosines)
+
+    @cached_property
+    def _cosines(self) -> Doubles:
+        assert self._camera is not None
+        settings = self._settings
+        return horizon.cosines_to_reflected(self._surface, self._owner, self._camera, threads=settings.threads)
+
+    @cached_property
+    def _field(self) -> Field:
+        control = self._enter("finding neighbours")
+        return Field(self._surface, self._owner, threads=self._settings.threads, control=control)
+
+    def _enter(self, stage: str) -> Control:
+        """The next stage. How many there will be nobody knows: each gets half of what is left of the bar, a bake of a
+        given number of rays all of it."""
+        start, end = self._left, _TRACE[1]
+        if self._settings.error is not None or self._settings.filtered:
+            end = 0.5 * (start + end)
+        self._left = end
+        return self._progress.enter(f"{self._name}: {stage}", (start, end))
+
+
+def _finished(solved: Solved, texels: Texels, settings: Settings, progress: Progress) -> BakedMap:
     progress.raise_if_cancelled()
-    solved = solve(sums, index, settings.rays, texels.covered)
     values = fill_margin(solved.values, solved.covered, settings.margin)
     coverage = np.where(solved.covered, texels.coverage, np.float32(0.0))
-    return BakedMap(values, solved.covered, coverage, solved.error, solved.mean)
+    error = solved.error
+    return BakedMap(values, solved.covered, coverage, error.rmse, error.p99, solved.mean, solved.rays)
 
 
-def _divide_by_horizon(sums: Sums, surface: Placed, texels: Texels, camera: Camera, settings: Settings) -> None:
-    cosines = horizon.cosines_to_reflected(surface, texels.owner, camera, threads=settings.threads)
-    for index, estimator in enumerate(settings.estimators):
-        if estimator.axis is Axis.REFLECTED:
-            horizon.divide(sums, index, horizon.open_horizon(estimator.exponent, cosines))
+def _shortfalls(target: Instance, settings: Settings, solved: Sequence[Solved]) -> list[str]:
+    """A line for each map that did not get to the error asked for."""
+    return [
+        f"{target.name}: {estimator.name} has an error of {each.error.rmse:.4f}, and {settings.error:.4f} was asked for; "
+        "its detail is finer than a texel's rays can tell: bake a larger image"
+        for estimator, each in zip(settings.estimators, solved, strict=True)
+        if not each.met
+    ]
 
 
 def _texels_of(target: Instance, settings: Settings, progress: Progress) -> Texels:
@@ -209,6 +328,15 @@ def _check_camera(camera: Camera | None) -> None:
     numbers = np.abs([*camera.position, *camera.forward])
     if not (numbers < FARTHEST_CAMERA).all():
         raise InputError(f"the scene's camera: its transform is not finite, or too far away; clear it, {cure}")
+
+
+@contextmanager
+def _moved(seconds: dict[str, float], outer: str, stage: str) -> Iterator[None]:
+    """Time that belongs to `stage` though it passes within `outer`."""
+    before = seconds.get(stage, 0.0)
+    with _timed(seconds, stage):
+        yield
+    seconds[outer] = seconds.get(outer, 0.0) - (seconds[stage] - before)
 
 
 @contextmanager

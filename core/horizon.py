@@ -11,7 +11,6 @@ import numpy as np
 
 from .scene import Camera, Doubles, Floats, Ints, Placed
 from .texels import surface_points
-from .tracer import Sums
 
 _STEPS = 1 << 13  # the table is linear between them: 6e-8 off at most
 _FAR = 12.0  # of cos(x)^e as good as nothing lies beyond so many times 1/√e: e^-72
@@ -51,19 +50,12 @@ def cosines_to_reflected(surface: Placed, owner: Ints, camera: Camera, *, thread
     return cosines
 
 
-def divide(sums: Sums, index: int, openness: Doubles) -> None:
-    """Divide a map's sums, in place, by what an open surface would get: (H, W), above 0.
+def divide(sums: Floats, openness: Doubles) -> None:
+    """Divide a map's sums, in place, by what an open surface would get; both of one shape, openness above 0.
 
-    The estimate stays unbiased, so that noise may carry a value above 1; the error that the sums tell of grows with the
-    values. Texels without a value (-1) stay so.
+    The estimate stays unbiased, so that noise may carry a value above 1. Texels without a value (-1) stay so.
     """
-    for image in (sums.all, sums.first_half):
-        if image is not None:
-            _divide(image[index], openness)
-
-
-def _divide(image: Floats, openness: Doubles) -> None:
-    np.divide(image, openness, out=image, where=image > 0.0, casting="same_kind")
+    np.divide(sums, openness, out=sums, where=sums > 0.0, casting="same_kind")
 
 
 def _cosine_power(angles: Doubles, exponent: float) -> Doubles:

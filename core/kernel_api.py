@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 2
+ABI_VERSION = 3
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -64,6 +64,19 @@ class TraceSettings(Structure):
     ]
 
 
+class Signal(Structure):
+    _fields_ = [
+        ("value", c_void_p),
+        ("noise", c_void_p),
+        ("precision", c_void_p),
+        ("filtered", c_void_p),
+        ("error", c_void_p),
+        ("sharpness", c_float),
+        ("plain", c_int32),
+        ("threads", c_int32),
+    ]
+
+
 _HANDLE = c_void_p
 _CONTROL = POINTER(Control)
 _MESH = [c_void_p, c_int64, c_void_p, c_int64]
@@ -83,10 +96,16 @@ _FUNCTIONS: dict[str, list[Any]] = {
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
         *[POINTER(c_void_p), POINTER(c_void_p), _CONTROL],
     ],
+    "ob_trace_texels": [
+        *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
+        *[c_void_p, c_int64, POINTER(c_void_p), _CONTROL],
+    ],
+    "ob_field_build": [POINTER(Surface), c_int32, _CONTROL, POINTER(_HANDLE)],
+    "ob_field_filter": [_HANDLE, POINTER(Signal), _CONTROL],
     "ob_inside": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }
-_RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free")
+_RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_field_free")
 
 
 @cache

@@ -17,7 +17,7 @@ from .errors import InputError
 from .estimators import Axis
 from .version import version
 
-STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "write")
+STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "probe", "finish", "write")
 Json = dict[str, Any]
 
 

@@ -1,73 +1,194 @@
-"""From sums to values, and the error that the values carry."""
+"""From rays to values whose error is known: rounds of rays where the error is, the filter, the measured error."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .scene import Floats
-from .tracer import Sums
+from . import probes
+from .estimate import Estimate
+from .field import Field
+from .kernel_api import Control
+from .probes import Error, Probes
+from .scene import Doubles, Floats, Ints
 
-BLOCK = 8  # texels along a side of the blocks that share their points
+BLOCK = 4  # texels along a side of the blocks that get rays together: a packet's sixteen
+FIRST_RAYS, LOOSE_RAYS, LOOSE = 16, 4, 0.012  # of the first round; fewer where an error above LOOSE will do
+GROWTH = 4  # rays in a round, over all that a texel had before
+MOST_RAYS = 4096  # of a texel in one round
+MOST_ROUNDS = 12
+_AIM = 0.93  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
 
-# The first and the second half of a texel's rays are estimates of their own; half their difference would be the error
-# of their mean, were they independent. They are not: each completes the other's points, and the mean is better than
-# that. Measured on the mesh of the sample `suzanne`, AO and RO of exponents 0, 10 and 100, against 8192 rays: the true
-# error is 0.73 to 0.80 of it at 4 to 256 rays (0.81 to 0.86 at 1024), and 0.65 to 0.70 at 2 and 3.
-_FEW, _FEW_RAYS, _MANY = 0.68, 4, 0.76
+# Traces each owned texel's rays: owner (H, W), rays, number of the round → sums over all and over the first half,
+# (H, W) float32; -1 where a texel faces away.
+TraceRound = Callable[[Ints, int, int], tuple[Floats, Floats]]
+
+
+@dataclass(frozen=True)
+class Goal:
+    """rays: of every texel; or error: the RMSE to reach, with as many rays as it takes. filtered: by the filter."""
+
+    rays: int = 64
+    error: float | None = None
+    filtered: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """One map. values: (H, W) float32. covered: (H, W) bool, texels with a value. error: estimated RMSE over them."""
+    """One map. values: (H, W) float32. covered: (H, W) bool, texels with a value. error, mean: over them. rays: all
+    that were traced, probes among them. met: whether the error asked for was reached."""
 
     values: Floats
     covered: NDArray[np.bool_]
-    error: float
+    error: Error
     mean: float
+    rays: int
+    met: bool = True
 
 
-def solve(sums: Sums, index: int, rays: int, owned: NDArray[np.bool_]) -> Solved:
-    """The mean of each texel's rays and the estimated RMSE. owned: (H, W) bool, texels of the surface.
+@dataclass(frozen=True, eq=False)
+class Means:
+    """How a map gets what it needs. trace: rounds of rays. probe: rays of listed texels. field: built when first asked
+    for. enter: begins a stage of the work, and gives its control."""
+
+    trace: TraceRound
+    probe: probes.Trace
+    field: Callable[[], Field]
+    enter: Callable[[str], Control | None]
+
+
+def first_rays(goal: Goal) -> int:
+    """Rays of each texel in the first round."""
+    if goal.error is None:
+        return goal.rays
+    return LOOSE_RAYS if goal.error > LOOSE else FIRST_RAYS
+
+
+def solve(
+    opening: tuple[Floats, Floats | None], owner: Ints, goal: Goal, exponent: float, seed: int, means: Means
+) -> Solved:
+    """Solve one map. opening: the first round's sums, as `TraceRound` gives them, of `first_rays` rays; the half of it
+    may be None where neither an error nor the filter is asked for.
 
     Texels that face away from the camera (a sum of -1) are not covered. A map without any covered texel has error and
-    mean 0.
+    mean 0. Raises Cancelled, MemoryError.
     """
-    total = sums.all[index]
-    covered = owned & (total >= 0.0)
-    values: Floats = np.where(covered, total / np.float32(rays), np.float32(0.0))
-    if not covered.any():
-        return Solved(values, covered, 0.0, 0.0)
-    if rays == 1 or sums.first_half is None:
-        error = _spread_in_blocks(values, covered)
-    else:
-        error = _difference_of_halves(total[covered], sums.first_half[index][covered], rays)
-    return Solved(values, covered, error, float(values[covered].mean(dtype=np.float64)))
+    covered = (owner >= 0) & (opening[0] >= 0.0)
+    if goal.error is None and not goal.filtered:
+        values = np.where(covered, opening[0] / np.float32(goal.rays), np.float32(0.0))
+        probed = _probe(np.zeros_like(values), covered, seed, means)
+        return _solved(values, covered, probed.error(values), int(covered.sum()) * goal.rays + _rays_of(probed))
+    rounds = _Rounds(owner, covered, goal, exponent, means)
+    rounds.open(opening)
+    probed = _probe(rounds.expected, covered, seed, means)
+    error = probed.error(rounds.values)
+    while goal.error is not None and error.rmse > goal.error and rounds.go_on(error):
+        error = probed.error(rounds.values)
+    met = goal.error is None or error.rmse <= goal.error
+    return _solved(rounds.values, covered, error, rounds.rays + _rays_of(probed), met)
 
 
-def _difference_of_halves(total: Floats, first: Floats, rays: int) -> float:
-    half = rays // 2
-    a = first.astype(np.float64) / half
-    b = (total.astype(np.float64) - first) / (rays - half)
-    return (_FEW if rays < _FEW_RAYS else _MANY) * 0.5 * float(np.sqrt(np.mean((a - b) ** 2)))
+def _solved(values: Floats, covered: NDArray[np.bool_], error: Error, rays: int, met: bool = True) -> Solved:
+    mean = float(values[covered].mean(dtype=np.float64)) if covered.any() else 0.0
+    return Solved(values, covered, error, mean, rays, met)
 
 
-def _spread_in_blocks(values: Floats, covered: NDArray[np.bool_]) -> float:
-    """With one ray there are no halves: the spread of neighbours about their mean stands for the noise of each."""
-    count = _block_sums(covered.astype(np.float64))
-    mean = _block_sums(values.astype(np.float64)) / np.maximum(count, 1.0)
-    square = _block_sums(values.astype(np.float64) ** 2) / np.maximum(count, 1.0)
-    several = count > 1
-    variance = (square - mean**2)[several] * (count / np.maximum(count - 1.0, 1.0))[several]
-    weight = count[several]
-    return float(np.sqrt(np.sum(np.maximum(variance, 0.0) * weight) / weight.sum())) if several.any() else 0.0
+def _probe(expected: Floats, covered: NDArray[np.bool_], seed: int, means: Means) -> Probes:
+    means.enter("measuring the error")
+    return probes.draw(*probes.place(expected, covered, seed), means.probe)
 
 
-def _block_sums(image: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rays_of(probed: Probes) -> int:
+    return len(probed.texels) * probes.RAYS_EACH
+
+
+class _Rounds:
+    """One map's rounds. values, expected: (H, W) float32, the map and the square of its error so far, as the filter
+    expects it."""
+
+    def __init__(self, owner: Ints, covered: NDArray[np.bool_], goal: Goal, exponent: float, means: Means) -> None:
+        self._owner, self._covered, self._goal, self._means = owner, covered, goal, means
+        self._exponent = exponent
+        self._texels = _block_sums(covered.astype(np.float32))
+        self._rays = np.full(self._texels.shape, first_rays(goal))  # of each texel, by block
+        self._estimate = Estimate.empty(owner.shape, first_rays(goal))
+        self._round = 0
+        self.values = self.expected = np.zeros(owner.shape, dtype=np.float32)
+
+    @property
+    def rays(self) -> int:
+        """All rays so far."""
+        return int((self._rays * self._texels).sum())
+
+    def open(self, opening: tuple[Floats, Floats | None]) -> None:
+        """Take in the first round, of every texel."""
+        total, first = opening
+        assert first is not None
+        self._estimate.add(total, first, first_rays(self._goal), self._covered)
+        self._filter()
+
+    def go_on(self, error: Error) -> bool:
+        """A further round, where it lowers the error most. Returns whether there was anything left to do."""
+        assert self._goal.error is not None
+        self._round += 1
+        chosen = self._choose(error, self._goal.error)
+        if self._round > MOST_ROUNDS or not chosen.any():
+            return False
+        for rays in np.unique(chosen[chosen > 0]):
+            where = _unblocked(chosen == rays, self._owner.shape) & self._covered
+            total, first = self._means.trace(np.where(where, self._owner, -1), int(rays), self._round)
+            self._estimate.add(total, first, int(rays), where)
+        self._rays += chosen
+        self._filter()
+        return True
+
+    def _filter(self) -> None:
+        estimate = self._estimate
+        control = self._means.enter("filtering")
+        self.values, self.expected = self._means.field().filter(
+            *(estimate.value, estimate.noise, estimate.precision, self._exponent),
+            plain=not self._goal.filtered,
+            control=control,
+        )
+        np.copyto(self.values, np.float32(0.0), where=~self._covered)
+        np.copyto(self.expected, np.float32(0.0), where=~self._covered)
+
+    def _choose(self, error: Error, wanted: float) -> NDArray[np.int_]:
+        """Rays to add to each texel of each block.
+
+        A block that gets GROWTH times its rays keeps a known share of its squared error. Those that save most for a ray
+        come first, until what is left is what is wanted. The filter expects too little where it is biased: the measured
+        error sets the scale.
+        """
+        squares = _block_sums(self.expected)
+        total = float(squares.sum())
+        if total <= 0.0:
+            return np.zeros_like(self._rays)
+        squares *= error.rmse**2 * self._texels.sum() / total
+        rays = np.where(squares > 0.0, np.minimum(GROWTH * self._rays, MOST_RAYS), 0)
+        saved = squares * (1.0 - (1.0 + GROWTH**1.5) ** -1.0)
+        gain = saved / np.maximum(rays * self._texels, 1)
+        order = np.argsort(-gain, axis=None)
+        excess = squares.sum() - (_AIM * wanted) ** 2 * self._texels.sum()
+        count = 1 + int(np.searchsorted(np.cumsum(saved.reshape(-1)[order]), excess))
+        chosen = np.zeros_like(rays)
+        chosen.reshape(-1)[order[:count]] = rays.reshape(-1)[order[:count]]
+        return chosen
+
+
+def _block_sums(image: Floats) -> Doubles:
+    """(H, W) → sums over blocks, float64; the last ones may be cut short by the image's edge."""
     height, width = image.shape
-    padded = np.pad(image, ((0, -height % BLOCK), (0, -width % BLOCK)))
+    whole = height % BLOCK == width % BLOCK == 0
+    padded = image if whole else np.pad(image, ((0, -height % BLOCK), (0, -width % BLOCK)))
     blocks = padded.reshape(padded.shape[0] // BLOCK, BLOCK, padded.shape[1] // BLOCK, BLOCK)
-    sums: NDArray[np.float64] = blocks.sum(axis=(1, 3))
+    sums: Doubles = np.einsum("iajb->ij", blocks, dtype=np.float64, casting="safe")
     return sums
+
+
+def _unblocked(blocks: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """The texels of the marked blocks, (H, W) bool."""
+    return blocks.repeat(BLOCK, axis=0).repeat(BLOCK, axis=1)[: shape[0], : shape[1]]

@@ -115,7 +115,7 @@ def trace(
         scene.handle,
         byref(described),
         byref(_settings(rays)),
-        (api.Map * len(estimators))(*(api.Map(e.sampler, e.axis, e.exponent) for e in estimators)),
+        _maps(estimators),
         len(estimators),
         _rows(sums),
         None if first_half is None else _rows(first_half),
@@ -123,6 +123,36 @@ def trace(
     )
     api.check(status)
     return Sums(sums, first_half)
+
+
+def trace_texels(
+    scene: TraceScene,
+    surface: Placed,
+    owner: Ints,
+    texels: NDArray[np.int64],
+    estimators: Sequence[Estimator],
+    rays: Rays,
+    *,
+    control: api.Control | None = None,
+) -> Floats:
+    """Trace the rays of a list of owned texels (y · W + x); one that stands in it twice gets other rays each time.
+
+    Returns (M, len(texels)) float32, a row an estimator: sums as in `Sums.all`. Raises as `trace`.
+    """
+    sums = np.zeros((len(estimators), len(texels)), dtype=np.float32)
+    described = describe_surface(surface, owner)
+    status = api.library().ob_trace_texels(
+        scene.handle,
+        byref(described),
+        byref(_settings(rays)),
+        _maps(estimators),
+        len(estimators),
+        *(api.address(texels, np.int64), len(texels)),
+        _rows(sums),
+        pointer_to(control),
+    )
+    api.check(status)
+    return sums
 
 
 def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
@@ -154,6 +184,10 @@ def _settings(rays: Rays) -> api.TraceSettings:
         vector(*camera.position),
         vector(*camera.forward),
     )
+
+
+def _maps(estimators: Sequence[Estimator]) -> ctypes.Array[api.Map]:
+    return (api.Map * len(estimators))(*(api.Map(e.sampler, e.axis, e.exponent) for e in estimators))
 
 
 def _rows(images: Floats) -> ctypes.Array[c_void_p]:

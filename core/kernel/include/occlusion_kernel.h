@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 2 };
+enum { OB_ABI_VERSION = 3 };
 
 enum ob_status {
   OB_OK = 0,
@@ -102,9 +102,22 @@ typedef struct ob_trace_settings {
   float forward[3];
 } ob_trace_settings;
 
+/* One map at the texels of a surface; images are height x width. */
+typedef struct ob_signal {
+  const float *value;     /* the estimate from its rays */
+  const float *noise;     /* an estimate of the variance of a value of precision 1; single ones may be far off */
+  const float *precision; /* how much less a value's variance is; 0: no rays yet */
+  float *filtered;        /* out, 0 to 1; untouched where no triangle owns the texel */
+  float *error;           /* out: the expected squared error of `filtered` */
+  float sharpness;        /* weights fall as exp(-sharpness (1 - cos)) of the angle between normals */
+  int32_t plain;          /* not 0: `filtered` is `value`, and `error` what its noise comes to */
+  int32_t threads;
+} ob_signal;
+
 typedef struct ob_device ob_device;
 typedef struct ob_mesh ob_mesh;
 typedef struct ob_scene ob_scene;
+typedef struct ob_field ob_field;
 
 OB_API int32_t ob_abi_version(void);
 
@@ -139,6 +152,15 @@ OB_API int32_t ob_rasterize(const float *uv, int64_t triangle_count, const uint8
 /* The middle of each owned texel's footprint: positions and shading normals, height x width x 3; others untouched. */
 OB_API int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals);
 
+/* The points of a surface's texels and which of them are near one another on it: across the seams of charts, never
+ * round an edge or through a wall. Keeps nothing of the surface. */
+OB_API int32_t ob_field_build(const ob_surface *surface, int32_t threads, ob_control *control, ob_field **field);
+OB_API void ob_field_free(ob_field *field);
+
+/* Filters one map over the field: local regression of first order with weights by place, normal and noise. Same inputs,
+ * same bits. */
+OB_API int32_t ob_field_filter(const ob_field *field, const ob_signal *signal, ob_control *control);
+
 /* sums[m][texel]: settings->rays times the estimate of map m; untouched where no triangle owns the texel, -1 where the
  * texel faces away from the viewer of an OB_AXIS_REFLECTED map. halves[m], where neither it nor `halves` is NULL: the
  * part of the sum that the first half of the rays (rays / 2) brought, and -1 where the sum is. Same inputs and packet
@@ -146,6 +168,12 @@ OB_API int32_t ob_surface_points(const ob_surface *surface, int32_t threads, flo
 OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                         const ob_map *maps, int32_t map_count, float *const *sums, float *const *halves,
                         ob_control *control);
+
+/* The same for a list of owned texels (y * width + x), any of them more than once and then by other rays, in one row a
+ * map: sums[m][i] is texel texels[i]'s. Texels that are near one another are best listed together. */
+OB_API int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                               const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count,
+                               float *const *sums, ob_control *control);
 
 /* V along given rays: visible[i] = 1 where nothing is hit before `distance`. origins, directions: count x 3. */
 OB_API int32_t ob_visible(ob_scene *scene, const float *origins, const float *directions, int64_t count, float distance,

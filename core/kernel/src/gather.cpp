@@ -141,32 +141,51 @@ Texel texel_of(int32_t tile_x, int32_t tile_y, int group, int lane) {
   return {tile_x * kTile + compact(morton), tile_y * kTile + compact(morton >> 1)};
 }
 
-int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, const Feet &feet,
-           const PacketCode &code, Group &out) {
-  int64_t owner[kLanes];
+Places::Place Places::at(int32_t tile, int group, int lane) const {
+  if (list != nullptr) {
+    const int64_t slot = (static_cast<int64_t>(tile) * kGroups + group) * kLanes + lane;
+    return slot < count ? Place{list[slot], slot} : Place{-1, -1};
+  }
+  const Texel texel = texel_of(tile % tiles_wide, tile / tiles_wide, group, lane);
+  if (texel.x >= surface.width || texel.y >= surface.height) {
+    return {-1, -1};
+  }
+  const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
+  return surface.owner[index] >= 0 ? Place{index, index} : Place{-1, -1};
+}
+
+int gather(const Places &places, int32_t tile, int group, const Feet &feet, const PacketCode &code, Group &out) {
+  const ob_surface &surface = places.surface;
+  Places::Place place[kLanes];
   int active = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
-    const Texel texel = texel_of(tile_x, tile_y, group, lane);
-    const bool inside = texel.x < surface.width && texel.y < surface.height;
-    owner[lane] = inside ? surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x] : -1;
-    active += owner[lane] >= 0 ? 1 : 0;
+    place[lane] = places.at(tile, group, lane);
+    active += place[lane].texel >= 0 ? 1 : 0;
   }
   if (active == 0) {
     return 0;
   }
   out = Group{};
+  const auto texel_at = [&](int lane) {
+    const int64_t texel = place[lane].texel;
+    return Texel{static_cast<int32_t>(texel % surface.width), static_cast<int32_t>(texel / surface.width)};
+  };
   for (int lane = 0; lane < kLanes; ++lane) {
-    const Texel texel = texel_of(tile_x, tile_y, group, lane);
-    out.active[lane] = owner[lane] >= 0 ? -1 : 0;
-    out.seed[lane] = mix(mix(feet.seed, static_cast<uint32_t>(texel.x)), static_cast<uint32_t>(texel.y));
+    if (place[lane].texel >= 0) {
+      const Texel texel = texel_at(lane);
+      const uint32_t turn = places.list == nullptr ? 0U : static_cast<uint32_t>(place[lane].slot) * 0x9e3779b9U;
+      out.active[lane] = -1;
+      out.seed[lane] = mix(mix(feet.seed ^ turn, static_cast<uint32_t>(texel.x)), static_cast<uint32_t>(texel.y));
+    }
   }
   const Point4 point = sobol(feet.index);
   code.spread_feet(out, feet.side, point.x[0], point.x[1]);
   for (int lane = 0; lane < kLanes; ++lane) {
-    if (owner[lane] >= 0) {
-      const Texel texel = texel_of(tile_x, tile_y, group, lane);
-      const TexelTriangle triangle(surface.uv + 6 * owner[lane], surface.width, surface.height);
-      fill_triangle(surface, owner[lane], lane, out);
+    if (place[lane].texel >= 0) {
+      const Texel texel = texel_at(lane);
+      const int64_t owner = surface.owner[place[lane].texel];
+      const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
+      fill_triangle(surface, owner, lane, out);
       fill_weights(triangle, texel, lane, out);
       fit_feet(triangle, texel, feet.side * feet.side, lane, out);
     }
@@ -174,16 +193,41 @@ int gather(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group,
   return active;
 }
 
-void gather_middle(const ob_surface &surface, Texel texel, Group &out) {
+namespace {
+
+void fill_middle(const ob_surface &surface, Texel texel, int lane, Group &out) {
   const int64_t owner = surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x];
   const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
-  fill_triangle(surface, owner, 0, out);
-  fill_weights(triangle, texel, 0, out);
+  fill_triangle(surface, owner, lane, out);
+  fill_weights(triangle, texel, lane, out);
+  out.foot_x[0][lane] = out.foot_y[0][lane] = 0.5F;
+  if (holds_texel(out, lane)) {
+    return;
+  }
   const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
   const Point2 middle = part.count < 3 ? Point2{texel.x + 0.5, texel.y + 0.5} : centroid(part);
-  out.foot_x[0][0] = static_cast<float>(middle.x - texel.x);
-  out.foot_y[0][0] = static_cast<float>(middle.y - texel.y);
+  out.foot_x[0][lane] = static_cast<float>(middle.x - texel.x);
+  out.foot_y[0][lane] = static_cast<float>(middle.y - texel.y);
 }
+
+} // namespace
+
+int gather_middles(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, Group &out) {
+  int active = 0;
+  out.active = LaneMask{};
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Texel texel = texel_of(tile_x, tile_y, group, lane);
+    const bool inside = texel.x < surface.width && texel.y < surface.height;
+    if (inside && surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x] >= 0) {
+      out.active[lane] = -1;
+      fill_middle(surface, texel, lane, out);
+      ++active;
+    }
+  }
+  return active;
+}
+
+void gather_middle(const ob_surface &surface, Texel texel, Group &out) { fill_middle(surface, texel, 0, out); }
 
 const char *surface_complaint(const ob_surface *surface) {
   if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||

@@ -14,10 +14,11 @@ namespace ob {
 constexpr int kLanes = 16; // texels of a group: a 4 x 4 block, in Morton order
 constexpr int kFeet = 36;  // footprint points of a texel in one chunk of rays, at most
 
-// Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set.
-using Lanes = float __attribute__((vector_size(4 * kLanes)));
-using LaneBits = uint32_t __attribute__((vector_size(4 * kLanes)));
-using LaneMask = int32_t __attribute__((vector_size(4 * kLanes))); // -1 or 0
+// Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set. Their alignment is
+// spelt out, or each build would have its own.
+using Lanes = float __attribute__((vector_size(4 * kLanes), aligned(4 * kLanes)));
+using LaneBits = uint32_t __attribute__((vector_size(4 * kLanes), aligned(4 * kLanes)));
+using LaneMask = int32_t __attribute__((vector_size(4 * kLanes), aligned(4 * kLanes))); // -1 or 0
 
 struct Lanes3 {
   Lanes x, y, z;
@@ -70,6 +71,36 @@ struct PacketSums {
   Lanes all, first_half;
 };
 
+// Points of a surface near one another, from a 4 x 4 block of texels. Lanes that are not active hold an active one's
+// position and normal.
+struct Cluster {
+  Lanes3 position, normal; // unit shading normals
+  LaneMask active;
+  uint32_t texel[kLanes]; // y * width + x
+  float centre[3], radius;
+  float axis[3];
+  float spacing; // from one texel to the next, on the surface
+};
+
+// What is known of one map at a cluster's points.
+struct Signal {
+  Lanes value;
+  Lanes noise;     // an estimate of the variance of a value of precision 1
+  Lanes precision; // of the value; 0: no rays yet
+  Lanes guide;     // a first fit, by place alone
+  Lanes guide_error;
+  Lanes variance; // noise, averaged over the neighbourhood
+  Lanes rough;    // variance of the map about the first fit
+};
+
+// Clusters and, for each, those near it: near[first[i]] to near[first[i + 1] - 1], itself among them.
+struct Neighbours {
+  const Cluster *clusters;
+  const int64_t *first;
+  const int32_t *near;
+  float sharpness; // how fast weights fall as normals turn away: exp(-sharpness (1 - cos))
+};
+
 // One instruction set's build of the steps.
 struct PacketCode {
   // One point in each cell of a side x side square, by point `index` of the cell's own scrambled sequence.
@@ -79,6 +110,10 @@ struct PacketCode {
   // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
   void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, PacketSums &,
                    int64_t &embree_cycles);
+  // The filter's two passes over cluster `index`: fills its signal's guide, guide_error, variance and rough; from
+  // those of all, the filtered values and their expected squared errors.
+  void (*guide)(const Neighbours &, int64_t index, Signal *signals);
+  void (*smooth)(const Neighbours &, int64_t index, const Signal *signals, Lanes &value, Lanes &error);
 };
 
 extern const PacketCode kBaselinePackets;
@@ -86,5 +121,8 @@ extern const PacketCode kBaselinePackets;
 extern const PacketCode kAvx2Packets;
 extern const PacketCode kAvx512Packets;
 #endif
+
+// The widest that runs here and is of use for packets of this width.
+const PacketCode &choose_code(int width);
 
 } // namespace ob

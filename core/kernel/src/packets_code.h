@@ -76,16 +76,23 @@ Lanes3 mirrored(const Viewer &viewer, const Lanes3 &position, const Lanes3 &norm
   return (d - normal * (2.0F * dot(d, normal))) * (1.0F / (length > 0.0F ? length : all(1.0F)));
 }
 
-// A frame about the axis (Duff et al. 2017), turned by the tile's angle.
+// Two directions at right angles to n and to one another (Duff et al. 2017).
+void frame_about(const Lanes3 &n, Lanes3 &t, Lanes3 &s) {
+  const Lanes sign = n.z < 0.0F ? all(-1.0F) : all(1.0F);
+  const Lanes a = -1.0F / (sign + n.z);
+  const Lanes b = n.x * n.y * a;
+  t = {1.0F + sign * n.x * n.x * a, sign * b, -sign * n.x};
+  s = {b, sign + n.y * n.y * a, -n.y};
+}
+
+// A frame about the axis, turned by the tile's angle.
 void aim(const Viewer &viewer, int feet, float cos_turn, float sin_turn, Frames &frames) {
   for (int foot = 0; foot < feet; ++foot) {
     const Lanes3 normal = frames.normal[foot];
     const Lanes3 n = viewer.reflected ? mirrored(viewer, frames.position[foot], normal) : normal;
-    const Lanes sign = n.z < 0.0F ? all(-1.0F) : all(1.0F);
-    const Lanes a = -1.0F / (sign + n.z);
-    const Lanes b = n.x * n.y * a;
-    const Lanes3 t{1.0F + sign * n.x * n.x * a, sign * b, -sign * n.x};
-    const Lanes3 s{b, sign + n.y * n.y * a, -n.y};
+    Lanes3 t;
+    Lanes3 s;
+    frame_about(n, t, s);
     frames.axis[foot] = n;
     frames.tangent[foot] = t * all(cos_turn) + s * all(sin_turn);
     frames.bitangent[foot] = s * all(cos_turn) - t * all(sin_turn);
@@ -202,7 +209,15 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
   sums = total;
 }
 
-constexpr PacketCode kCode = {spread_feet, place, aim, {trace<1>, trace<4>, trace<8>, trace<16>}};
+} // namespace
+} // namespace ob
+
+#include "smooth_code.h"
+
+namespace ob {
+namespace {
+
+constexpr PacketCode kCode = {spread_feet, place, aim, {trace<1>, trace<4>, trace<8>, trace<16>}, guide, smooth};
 
 } // namespace
 } // namespace ob

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <vector>
 
 #if defined(__x86_64__) || defined(_M_X64)
@@ -58,26 +59,10 @@ struct Job {
   ob_control *control;
   Plan plan;
   std::vector<Chunk> chunks;
+  Places places;
   std::vector<int32_t> tiles; // those with a texel to bake
-  int32_t tiles_wide;
   int64_t texels;
 };
-
-const PacketCode &choose_code(int width) {
-#if defined(__x86_64__) && defined(__GNUC__)
-  __builtin_cpu_init();
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-  if (width == 16 && avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
-    return kAvx512Packets;
-  }
-  if (width >= 8 && avx2) {
-    return kAvx2Packets;
-  }
-#endif
-  (void)width;
-  return kBaselinePackets;
-}
 
 using TraceFunction = decltype(&*PacketCode{}.trace[0]);
 
@@ -95,34 +80,35 @@ public:
         feet_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)} {}
 
   void bake_tile(int32_t tile) {
-    const int32_t x = tile % job_.tiles_wide;
-    const int32_t y = tile / job_.tiles_wide;
+    const bool listed = job_.places.list != nullptr;
+    const int32_t x = listed ? tile : tile % job_.places.tiles_wide;
+    const int32_t y = listed ? -1 : tile / job_.places.tiles_wide;
     const uint32_t hash = mix(mix(job_.plan.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y));
     set_ = hash % static_cast<uint32_t>(schedule_.sets);
     const float turn = 6.28318531F * to_unit(mix(hash, 1U));
     cos_turn_ = std::cos(turn);
     sin_turn_ = std::sin(turn);
     for (int group = 0; group < kGroups && !cancelled(job_.control); ++group) {
-      bake_group(x, y, group);
+      bake_group(tile, group);
     }
   }
 
   int64_t embree_cycles() const { return embree_cycles_; }
 
 private:
-  void bake_group(int32_t tile_x, int32_t tile_y, int group) {
-    const int active = gather(job_.surface, tile_x, tile_y, group, feet_, code_, group_);
+  void bake_group(int32_t tile, int group) {
+    const int active = gather(job_.places, tile, group, feet_, code_, group_);
     if (active == 0) {
       return;
     }
     code_.place(group_, feet_.side * feet_.side, frames_);
     for (int32_t map = 0; map < job_.map_count; ++map) {
-      trace_map(map, tile_x, tile_y, group);
+      trace_map(map, tile, group);
     }
     advance(job_.control, static_cast<int64_t>(active) * schedule_.rays * job_.map_count);
   }
 
-  void trace_map(int32_t index, int32_t tile_x, int32_t tile_y, int group) {
+  void trace_map(int32_t index, int32_t tile, int group) {
     const ob_map &map = job_.maps[index];
     const ob_trace_settings &settings = job_.settings;
     const bool reflected = map.axis == OB_AXIS_REFLECTED;
@@ -146,7 +132,7 @@ private:
                         schedule_.halves.data() + first};
     PacketSums sums{};
     trace_(packet, group_, frames_, active, sums, embree_cycles_);
-    store(index, tile_x, tile_y, group, active, sums);
+    store(index, tile, group, active, sums);
   }
 
   // The lanes whose texel, at the mean of its footprint, does not turn its back to the viewer.
@@ -164,17 +150,16 @@ private:
     return group_.active & (toward > 0.0F);
   }
 
-  void store(int32_t map, int32_t tile_x, int32_t tile_y, int group, const LaneMask &traced, const PacketSums &sums) {
+  void store(int32_t map, int32_t tile, int group, const LaneMask &traced, const PacketSums &sums) {
     float *half = job_.halves == nullptr ? nullptr : job_.halves[map];
     for (int lane = 0; lane < kLanes; ++lane) {
       if (group_.active[lane] == 0) {
         continue;
       }
-      const Texel place = texel_of(tile_x, tile_y, group, lane);
-      const int64_t texel = static_cast<int64_t>(place.y) * job_.surface.width + place.x;
-      add(job_.sums[map][texel], traced[lane] != 0, sums.all[lane]);
+      const int64_t slot = job_.places.at(tile, group, lane).slot;
+      add(job_.sums[map][slot], traced[lane] != 0, sums.all[lane]);
       if (half != nullptr) {
-        add(half[texel], traced[lane] != 0, sums.first_half[lane]);
+        add(half[slot], traced[lane] != 0, sums.first_half[lane]);
       }
     }
   }
@@ -198,12 +183,19 @@ private:
 
 void find_tiles(Job &job) {
   const ob_surface &surface = job.surface;
-  job.tiles_wide = (surface.width + kTile - 1) / kTile;
+  if (job.places.list != nullptr) {
+    job.texels = job.places.count;
+    const int64_t tiles = (job.texels + kGroups * kLanes - 1) / (kGroups * kLanes);
+    job.tiles.resize(static_cast<size_t>(tiles));
+    std::iota(job.tiles.begin(), job.tiles.end(), 0);
+    return;
+  }
+  const int32_t tiles_wide = job.places.tiles_wide;
   const int32_t tiles_high = (surface.height + kTile - 1) / kTile;
-  std::vector<uint8_t> used(static_cast<size_t>(job.tiles_wide) * static_cast<size_t>(tiles_high));
+  std::vector<uint8_t> used(static_cast<size_t>(tiles_wide) * static_cast<size_t>(tiles_high));
   for (int32_t y = 0; y < surface.height; ++y) {
     const int32_t *row = surface.owner + static_cast<int64_t>(y) * surface.width;
-    uint8_t *used_row = used.data() + static_cast<int64_t>(y / kTile) * job.tiles_wide;
+    uint8_t *used_row = used.data() + static_cast<int64_t>(y / kTile) * tiles_wide;
     for (int32_t x = 0; x < surface.width; ++x) {
       if (row[x] >= 0) {
         used_row[x / kTile] = 1;
@@ -219,6 +211,12 @@ void find_tiles(Job &job) {
 }
 
 void clear_sums(const Job &job) {
+  if (job.places.list != nullptr) {
+    for (int32_t map = 0; map < job.map_count; ++map) {
+      std::fill_n(job.sums[map], job.places.count, 0.0F);
+    }
+    return;
+  }
   for (int64_t i = 0; i < static_cast<int64_t>(job.surface.width) * job.surface.height; ++i) {
     if (job.surface.owner[i] < 0) {
       continue;
@@ -303,6 +301,40 @@ const char *complaint(const ob_map *maps, int32_t map_count, const ob_trace_sett
   return reflected && !finite ? "the viewer's place and direction must be finite" : nullptr;
 }
 
+const char *complaint(const ob_surface &surface, const int64_t *texels, int64_t count) {
+  const int64_t end = static_cast<int64_t>(surface.width) * surface.height;
+  const bool owned = std::all_of(texels, texels + count,
+                                 [&](int64_t texel) { return texel >= 0 && texel < end && surface.owner[texel] >= 0; });
+  return owned ? nullptr : "a listed texel lies outside the image, or no triangle owns it";
+}
+
+int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
+                     int32_t map_count, const int64_t *texels, int64_t count, float *const *sums, float *const *halves,
+                     ob_control *control) {
+  if (scene == nullptr || !scene->committed || settings == nullptr) {
+    return fail(OB_INVALID, "tracing without a built scene or settings");
+  }
+  for (const char *wrong : {surface_complaint(surface), complaint(*settings), complaint(maps, map_count, sums)}) {
+    if (wrong != nullptr) {
+      return fail(OB_INVALID, wrong);
+    }
+  }
+  for (const char *wrong : {complaint(maps, map_count, *settings), complaint(*surface, texels, count)}) {
+    if (wrong != nullptr) {
+      return fail(OB_INVALID, wrong);
+    }
+  }
+  ob_trace_settings chosen = *settings;
+  if (chosen.packet_width == 0) {
+    chosen.packet_width = scene->geometry.device->native_width;
+  }
+  const Plan plan = plan_rays(chosen.rays, chosen.seed);
+  const Places places{*surface, texels, count, (surface->width + kTile - 1) / kTile};
+  Job job{scene->geometry, *surface, chosen,          maps,   map_count, sums, halves,
+          control,         plan,     chunks_of(plan), places, {},        0};
+  return trace(job);
+}
+
 void store_middle(const ob_surface &surface, Texel place, float *position, float *normal) {
   Group group{};
   Frames frames{};
@@ -322,27 +354,18 @@ extern "C" {
 
 int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
                  int32_t map_count, float *const *sums, float *const *halves, ob_control *control) {
+  return ob::guarded(
+      [&] { return ob::trace_places(scene, surface, settings, maps, map_count, nullptr, 0, sums, halves, control); });
+}
+
+int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                        const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count, float *const *sums,
+                        ob_control *control) {
   return ob::guarded([&]() -> int32_t {
-    if (scene == nullptr || !scene->committed || settings == nullptr) {
-      return ob::fail(OB_INVALID, "ob_trace without a built scene or settings");
+    if (texels == nullptr || count < 0) {
+      return ob::fail(OB_INVALID, "ob_trace_texels without a list of texels");
     }
-    for (const char *wrong :
-         {ob::surface_complaint(surface), ob::complaint(*settings), ob::complaint(maps, map_count, sums)}) {
-      if (wrong != nullptr) {
-        return ob::fail(OB_INVALID, wrong);
-      }
-    }
-    if (const char *wrong = ob::complaint(maps, map_count, *settings)) {
-      return ob::fail(OB_INVALID, wrong);
-    }
-    ob_trace_settings chosen = *settings;
-    if (chosen.packet_width == 0) {
-      chosen.packet_width = scene->geometry.device->native_width;
-    }
-    const ob::Plan plan = ob::plan_rays(chosen.rays, chosen.seed);
-    ob::Job job{scene->geometry,     *surface, chosen, maps, map_count, sums, halves, control, plan,
-                ob::chunks_of(plan), {},       0,      0};
-    return ob::trace(job);
+    return ob::trace_places(scene, surface, settings, maps, map_count, texels, count, sums, nullptr, control);
   });
 }
 

@@ -1,0 +1,436 @@
+// Fields: clusters of a surface's points, who is near whom, and the filter over them.
+#include "field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "gather.h"
+#include "parallel.h"
+#include "scene.h"
+#include "status.h"
+#include "tables.h"
+
+namespace ob {
+namespace {
+
+// A cluster holds what lies within so many spacings of its first point. A block of 4 x 4 texels without a seam is one.
+constexpr float kClusterReach = 8.0F;
+constexpr float kLeastCosine = 0.25F; // between normals within a cluster
+constexpr float kFilterReach = 6.5F;  // the filter's radius, in spacings
+constexpr size_t kMostNear = 96;      // clusters near one; of more the farthest are left out
+constexpr float kEvenSpacing = 2.0F;  // surfaces whose texels differ by more in size do not mix
+
+float distance2(const float *a, const float *b) {
+  const float x = a[0] - b[0];
+  const float y = a[1] - b[1];
+  const float z = a[2] - b[2];
+  return x * x + y * y + z * z;
+}
+
+float dot3(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// Sixteen texels' points before they are parted into clusters.
+struct Points {
+  bool active[kLanes];
+  float position[kLanes][3];
+  float normal[kLanes][3];
+  float spacing[kLanes];
+  uint32_t texel[kLanes];
+};
+
+float length(const Lanes3 &v, int lane) {
+  return std::sqrt(v.x[lane] * v.x[lane] + v.y[lane] * v.y[lane] + v.z[lane] * v.z[lane]);
+}
+
+// The side of a square as large as a texel is on the surface.
+float spacing_of(const Group &group, const ob_surface &surface, int64_t owner, int lane) {
+  const Lanes3 &a = group.edge1;
+  const Lanes3 &b = group.edge2;
+  const Lanes3 cross{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  const double area = static_cast<double>(length(cross, lane));
+  const double texels = std::fabs(TexelTriangle(surface.uv + 6 * owner, surface.width, surface.height).doubled_area());
+  return static_cast<float>(std::sqrt(area / texels));
+}
+
+bool read_points(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int block, const PacketCode &code,
+                 Group &group, Frames &frames, Points &points) {
+  if (gather_middles(surface, tile_x, tile_y, block, group) == 0) {
+    return false;
+  }
+  code.place(group, 1, frames);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    points.active[lane] = group.active[lane] != 0;
+    if (!points.active[lane]) {
+      continue;
+    }
+    const Texel place = texel_of(tile_x, tile_y, block, lane);
+    const int64_t texel = static_cast<int64_t>(place.y) * surface.width + place.x;
+    const Lanes3 &p = frames.position[0];
+    const Lanes3 &n = frames.normal[0];
+    points.texel[lane] = static_cast<uint32_t>(texel);
+    points.position[lane][0] = p.x[lane];
+    points.position[lane][1] = p.y[lane];
+    points.position[lane][2] = p.z[lane];
+    points.normal[lane][0] = n.x[lane];
+    points.normal[lane][1] = n.y[lane];
+    points.normal[lane][2] = n.z[lane];
+    points.spacing[lane] = spacing_of(group, surface, surface.owner[texel], lane);
+    points.active[lane] = points.spacing[lane] > 0.0F && std::isfinite(points.spacing[lane]);
+  }
+  return true;
+}
+
+bool belongs(const Points &points, int lane, int first) {
+  const float reach = kClusterReach * points.spacing[first];
+  const float ratio = points.spacing[lane] / points.spacing[first];
+  return distance2(points.position[lane], points.position[first]) <= reach * reach &&
+         dot3(points.normal[lane], points.normal[first]) >= kLeastCosine && ratio <= kEvenSpacing &&
+         ratio * kEvenSpacing >= 1.0F;
+}
+
+void put(Lanes3 &lanes, int lane, const float *v) {
+  lanes.x[lane] = v[0];
+  lanes.y[lane] = v[1];
+  lanes.z[lane] = v[2];
+}
+
+// Middle, extent, mean normal and spacing of the cluster's active points.
+void measure(const Points &points, Cluster &cluster) {
+  float count = 0.0F;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (cluster.active[lane] != 0) {
+      count += 1.0F;
+      cluster.spacing += points.spacing[lane];
+      for (int axis = 0; axis < 3; ++axis) {
+        cluster.centre[axis] += points.position[lane][axis];
+        cluster.axis[axis] += points.normal[lane][axis];
+      }
+    }
+  }
+  const float size = std::sqrt(dot3(cluster.axis, cluster.axis));
+  for (int axis = 0; axis < 3; ++axis) {
+    cluster.centre[axis] /= count;
+    cluster.axis[axis] /= size > 0.0F ? size : 1.0F;
+  }
+  cluster.spacing /= count;
+  float farthest = 0.0F;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (cluster.active[lane] != 0) {
+      farthest = std::max(farthest, distance2(points.position[lane], cluster.centre));
+    }
+  }
+  cluster.radius = std::sqrt(farthest);
+}
+
+// Takes the points that belong with the first one left; returns false where none is left.
+bool take_cluster(Points &points, Cluster &cluster) {
+  const bool *found = std::find(points.active, points.active + kLanes, true);
+  if (found == points.active + kLanes) {
+    return false;
+  }
+  const int first = static_cast<int>(found - points.active);
+  cluster = Cluster{};
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const bool ours = points.active[lane] && belongs(points, lane, first);
+    const int from = ours ? lane : first;
+    put(cluster.position, lane, points.position[from]);
+    put(cluster.normal, lane, points.normal[from]);
+    cluster.active[lane] = ours ? -1 : 0;
+    cluster.texel[lane] = points.texel[from];
+  }
+  measure(points, cluster);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    points.active[lane] = points.active[lane] && cluster.active[lane] == 0;
+  }
+  return true;
+}
+
+void cluster_row(const ob_surface &surface, int32_t tile_y, const PacketCode &code, std::vector<Cluster> &clusters) {
+  const int32_t wide = (surface.width + kTile - 1) / kTile;
+  const auto group = std::make_unique<Group>();
+  const auto frames = std::make_unique<Frames>();
+  Points points{};
+  Cluster cluster{};
+  for (int32_t tile_x = 0; tile_x < wide; ++tile_x) {
+    for (int block = 0; block < kGroups; ++block) {
+      if (read_points(surface, tile_x, tile_y, block, code, *group, *frames, points)) {
+        while (take_cluster(points, cluster)) {
+          clusters.push_back(cluster);
+        }
+      }
+    }
+  }
+}
+
+template <typename Item> std::vector<Item> joined(const std::vector<std::vector<Item>> &parts) {
+  size_t count = 0;
+  for (const auto &part : parts) {
+    count += part.size();
+  }
+  std::vector<Item> all;
+  all.reserve(count);
+  for (const auto &part : parts) {
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  return all;
+}
+
+std::vector<Cluster> find_clusters(const ob_surface &surface, int32_t threads, ob_control *control) {
+  const PacketCode &code = choose_code(kLanes);
+  const int32_t high = (surface.height + kTile - 1) / kTile;
+  std::vector<std::vector<Cluster>> rows(static_cast<size_t>(high));
+  begin(control, 2 * static_cast<int64_t>(high));
+  run_parallel(thread_count(threads), high, [&](auto next) {
+    for (int64_t row = next(); row >= 0 && !cancelled(control); row = next()) {
+      cluster_row(surface, static_cast<int32_t>(row), code, rows[static_cast<size_t>(row)]);
+      advance(control, 1);
+    }
+  });
+  return joined(rows);
+}
+
+// Clusters in cubic cells, a grid for each power of two of their spacing, as a sorted list.
+class Grid {
+public:
+  explicit Grid(const std::vector<Cluster> &clusters) : clusters_(clusters) {
+    entries_.reserve(clusters.size());
+    for (size_t i = 0; i < clusters.size(); ++i) {
+      const Cluster &cluster = clusters[i];
+      const int level = level_of(cluster.spacing);
+      const double cell = std::ldexp(1.0, level);
+      entries_.push_back(
+          {key(level, place(cluster.centre[0], cell), place(cluster.centre[1], cell), place(cluster.centre[2], cell)),
+           static_cast<int32_t>(i)});
+    }
+    std::sort(entries_.begin(), entries_.end());
+    size_t slots = 16;
+    while (slots < 2 * entries_.size()) {
+      slots *= 2;
+    }
+    slots_.assign(slots, -1);
+    for (size_t i = 0; i < entries_.size(); ++i) {
+      if (i == 0 || entries_[i].first != entries_[i - 1].first) {
+        size_t slot = entries_[i].first & (slots - 1);
+        while (slots_[slot] >= 0) {
+          slot = (slot + 1) & (slots - 1);
+        }
+        slots_[slot] = static_cast<int32_t>(i);
+      }
+    }
+  }
+
+  // Indices of the clusters that points of this one may see, nearest first where there are too many, else in order.
+  void near(int32_t index, std::vector<std::pair<float, int32_t>> &found) const {
+    const Cluster &own = clusters_[static_cast<size_t>(index)];
+    found.clear();
+    const int level = level_of(own.spacing);
+    for (int other = level - 1; other <= level + 1; ++other) {
+      const double cell = std::ldexp(1.0, other);
+      // Of the other level's clusters none is larger than its reach, and most are half a block.
+      const double reach =
+          static_cast<double>(own.radius) + static_cast<double>(kFilterReach * own.spacing) + kLargest * cell;
+      int64_t low[3];
+      int64_t high[3];
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = place(static_cast<double>(own.centre[axis]) - reach, cell);
+        high[axis] = place(static_cast<double>(own.centre[axis]) + reach, cell);
+      }
+      for (int64_t z = low[2]; z <= high[2]; ++z) {
+        for (int64_t y = low[1]; y <= high[1]; ++y) {
+          for (int64_t x = low[0]; x <= high[0]; ++x) {
+            look_into(key(other, x, y, z), own, found);
+          }
+        }
+      }
+    }
+    if (found.size() > kMostNear) {
+      std::sort(found.begin(), found.end());
+      found.resize(kMostNear);
+    }
+    std::sort(found.begin(), found.end(), [](const auto &a, const auto &b) { return a.second < b.second; });
+  }
+
+private:
+  static constexpr double kCell = 12.0;                             // spacings across a cell, at least
+  static constexpr double kLargest = double{kClusterReach} / kCell; // a cluster's radius in cells, at most
+
+  static int level_of(float spacing) {
+    return static_cast<int>(std::ceil(std::log2(kCell * static_cast<double>(spacing))));
+  }
+  static int64_t place(double coordinate, double cell) { return static_cast<int64_t>(std::floor(coordinate / cell)); }
+
+  static uint64_t key(int level, int64_t x, int64_t y, int64_t z) {
+    const auto wide = [](int64_t value) { return static_cast<uint64_t>(value); };
+    uint64_t h = wide(x) * 0x9e3779b97f4a7c15U ^ wide(y) * 0xc2b2ae3d27d4eb4fU ^ wide(z) * 0x165667b19e3779f9U ^
+                 wide(level) * 0x27d4eb2f165667c5U;
+    h ^= h >> 29;
+    h *= 0xbf58476d1ce4e5b9U;
+    return h ^ (h >> 32);
+  }
+
+  void look_into(uint64_t wanted, const Cluster &own, std::vector<std::pair<float, int32_t>> &found) const {
+    size_t slot = wanted & (slots_.size() - 1);
+    while (slots_[slot] >= 0 && entries_[static_cast<size_t>(slots_[slot])].first != wanted) {
+      slot = (slot + 1) & (slots_.size() - 1);
+    }
+    if (slots_[slot] < 0) {
+      return;
+    }
+    for (auto i = static_cast<size_t>(slots_[slot]); i < entries_.size() && entries_[i].first == wanted; ++i) {
+      const Cluster &other = clusters_[static_cast<size_t>(entries_[i].second)];
+      const float reach = own.radius + other.radius + kFilterReach * own.spacing;
+      const float ratio = other.spacing / own.spacing;
+      const float away = distance2(own.centre, other.centre);
+      if (away <= reach * reach && ratio <= kEvenSpacing && ratio * kEvenSpacing >= 1.0F &&
+          dot3(own.axis, other.axis) > 0.0F) {
+        found.emplace_back(away, entries_[i].second);
+      }
+    }
+  }
+
+  const std::vector<Cluster> &clusters_;
+  std::vector<std::pair<uint64_t, int32_t>> entries_; // cell, cluster
+  std::vector<int32_t> slots_;                        // open addressing: the first entry of a cell
+};
+
+constexpr int64_t kStretch = 1024; // clusters in one piece of work
+
+void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
+  const Grid grid(field.clusters);
+  const auto count = static_cast<int64_t>(field.clusters.size());
+  const int64_t pieces = (count + kStretch - 1) / kStretch;
+  std::vector<std::vector<int32_t>> near(static_cast<size_t>(pieces));
+  field.first.assign(static_cast<size_t>(count) + 1, 0);
+  run_parallel(thread_count(threads), pieces, [&](auto next) {
+    std::vector<std::pair<float, int32_t>> found;
+    for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
+      for (int64_t i = piece * kStretch; i < std::min(count, (piece + 1) * kStretch); ++i) {
+        grid.near(static_cast<int32_t>(i), found);
+        field.first[static_cast<size_t>(i) + 1] = static_cast<int64_t>(found.size());
+        for (const auto &each : found) {
+          near[static_cast<size_t>(piece)].push_back(each.second);
+        }
+      }
+    }
+  });
+  for (size_t i = 1; i < field.first.size(); ++i) {
+    field.first[i] += field.first[i - 1];
+  }
+  field.near = joined(near);
+}
+
+int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, ob_field &field) {
+  field.width = surface.width;
+  field.height = surface.height;
+  field.clusters = find_clusters(surface, threads, control);
+  if (!cancelled(control)) {
+    find_neighbours(field, threads, control);
+  }
+  return cancelled(control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
+}
+
+Signal read_signal(const Cluster &cluster, const ob_signal &images) {
+  Signal signal{};
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const size_t texel = cluster.texel[lane];
+    if (cluster.active[lane] != 0 && images.precision[texel] > 0.0F) {
+      signal.value[lane] = images.value[texel];
+      signal.noise[lane] = images.noise[texel];
+      signal.precision[lane] = images.precision[texel];
+    }
+  }
+  return signal;
+}
+
+// What stands where nothing is smoothed: the values as they are, with the noise of their neighbourhood.
+void keep(const Signal &signal, Lanes &value, Lanes &error) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const bool sampled = signal.precision[lane] > 0.0F;
+    value[lane] = signal.value[lane];
+    error[lane] = sampled ? signal.variance[lane] / signal.precision[lane] : 1.0F;
+  }
+}
+
+void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error, const ob_signal &images) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (cluster.active[lane] != 0) {
+      images.filtered[cluster.texel[lane]] = std::clamp(value[lane], 0.0F, 1.0F);
+      images.error[cluster.texel[lane]] = error[lane];
+    }
+  }
+}
+
+int32_t filter(const ob_field &field, const ob_signal &images, ob_control *control) {
+  const PacketCode &code = choose_code(kLanes);
+  const auto count = static_cast<int64_t>(field.clusters.size());
+  const int64_t pieces = (count + kStretch - 1) / kStretch;
+  std::vector<Signal> signals(field.clusters.size());
+  const Neighbours neighbours{field.clusters.data(), field.first.data(), field.near.data(), images.sharpness};
+  begin(control, 3 * pieces);
+  const auto for_all = [&](auto body) {
+    run_parallel(thread_count(images.threads), pieces, [&](auto next) {
+      for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
+        for (int64_t i = piece * kStretch; i < std::min(count, (piece + 1) * kStretch); ++i) {
+          body(i);
+        }
+        advance(control, 1);
+      }
+    });
+  };
+  for_all([&](int64_t i) {
+    signals[static_cast<size_t>(i)] = read_signal(field.clusters[static_cast<size_t>(i)], images);
+  });
+  for_all([&](int64_t i) { code.guide(neighbours, i, signals.data()); });
+  for_all([&](int64_t i) {
+    const Cluster &cluster = field.clusters[static_cast<size_t>(i)];
+    Lanes value{};
+    Lanes error{};
+    if (images.plain != 0) {
+      keep(signals[static_cast<size_t>(i)], value, error);
+    } else {
+      code.smooth(neighbours, i, signals.data(), value, error);
+    }
+    write_result(cluster, value, error, images);
+  });
+  return cancelled(control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
+}
+
+} // namespace
+} // namespace ob
+
+extern "C" {
+
+int32_t ob_field_build(const ob_surface *surface, int32_t threads, ob_control *control, ob_field **field) {
+  return ob::guarded([&]() -> int32_t {
+    if (const char *wrong = ob::surface_complaint(surface)) {
+      return ob::fail(OB_INVALID, wrong);
+    }
+    if (field == nullptr) {
+      return ob::fail(OB_INVALID, "ob_field_build without a place for its result");
+    }
+    auto built = std::make_unique<ob_field>();
+    const int32_t status = ob::build(*surface, threads, control, *built);
+    if (status == OB_OK) {
+      *field = built.release();
+    }
+    return status;
+  });
+}
+
+void ob_field_free(ob_field *field) { delete field; }
+
+int32_t ob_field_filter(const ob_field *field, const ob_signal *signal, ob_control *control) {
+  return ob::guarded([&]() -> int32_t {
+    if (field == nullptr || signal == nullptr || signal->value == nullptr || signal->noise == nullptr ||
+        signal->precision == nullptr || signal->filtered == nullptr || signal->error == nullptr) {
+      return ob::fail(OB_INVALID, "ob_field_filter without a field, a signal or a place for its results");
+    }
+    if (!(signal->sharpness >= 0.0F) || !std::isfinite(signal->sharpness)) {
+      return ob::fail(OB_INVALID, "the filter's sharpness must be 0 or more, and finite");
+    }
+    return ob::filter(*field, *signal, control);
+  });
+}
+
+} // extern "C"

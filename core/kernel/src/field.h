@@ -1,0 +1,15 @@
+// The points of a baked surface in clusters, and which clusters are near which: what the filter works on.
+#pragma once
+
+#include <vector>
+
+#include "occlusion_kernel.h"
+#include "packets.h"
+
+struct ob_field {
+  int32_t width = 0;
+  int32_t height = 0;
+  std::vector<ob::Cluster> clusters;
+  std::vector<int64_t> first; // one more than there are clusters
+  std::vector<int32_t> near;
+};

@@ -1,0 +1,218 @@
+// The filter that knows the surface: local regression over the points near one another on it. Part of packets_code.h.
+//
+// About each point a plane is fitted, by weighted least squares in the tangent plane, to the values of the points
+// around it. First by place alone, over a small neighbourhood: the guide. Then over a wide one, with weights that fall
+// where the guides differ by more than their own noise (after the joint and non-local filters of Monte Carlo
+// rendering: Bitterli et al. 2016, and Moon et al. 2014 for the fit of first order). What scatters about the plane by
+// more than the noise of its rays is detail, and goes back to the point's own value in proportion (James & Stein 1961).
+#pragma once
+
+#include "packets.h"
+
+namespace ob {
+namespace {
+
+constexpr float kGuideRadius = 2.5F; // in spacings
+constexpr float kRadius = 6.5F;
+constexpr float kTolerance = 3.5F * 3.5F; // squared difference of guides, in their variances, at which weights are 1/e
+constexpr float kFlatness = 1.0F;         // squared distance from the tangent planes, in spacings, for 1/e
+constexpr float kRidge = 0.3F;            // added to the spread of the places: a plane is not tilted by two points
+// Scatter above so many times the noise counts as detail; the noise itself is known to a factor of about two.
+constexpr float kScatter = 4.0F;
+constexpr float kLeastVariance = 1e-7F; // of the difference of two guides
+
+// Nearly exp(-x), and 0 from 8 on.
+Lanes falloff(Lanes x) {
+  const Lanes t = at_least(1.0F - x * 0.125F, Lanes{});
+  const Lanes t2 = t * t;
+  const Lanes t4 = t2 * t2;
+  return t4 * t4;
+}
+
+// Weighted sums over the neighbours of sixteen points; places in spacings, values relative to each point's origin.
+struct Moments {
+  Lanes w, x, y, xx, xy, yy, v, xv, yv, vv;
+  Lanes noise;  // of w times the variance of the value
+  Lanes spread; // of w² times what a value scatters about the plane
+};
+
+struct Fit {
+  Lanes value;   // at the point, relative to its origin
+  Lanes error;   // variance of the value
+  Lanes scatter; // mean square of what the plane leaves over
+  Lanes noise;   // the part of it that the rays' noise explains
+};
+
+void add(Moments &m, Lanes w, Lanes x, Lanes y, Lanes v, Lanes variance, Lanes scatter) {
+  const Lanes wx = w * x;
+  const Lanes wy = w * y;
+  const Lanes wv = w * v;
+  m.w += w;
+  m.x += wx;
+  m.y += wy;
+  m.xx += wx * x;
+  m.xy += wx * y;
+  m.yy += wy * y;
+  m.v += wv;
+  m.xv += wx * v;
+  m.yv += wy * v;
+  m.vv += wv * v;
+  m.noise += w * variance;
+  m.spread += w * w * scatter;
+}
+
+Fit fitted(const Moments &m) {
+  const Lanes inverse = 1.0F / at_least(m.w, all(1e-20F));
+  const Lanes x = m.x * inverse;
+  const Lanes y = m.y * inverse;
+  const Lanes v = m.v * inverse;
+  const Lanes xx = m.xx * inverse - x * x;
+  const Lanes xy = m.xy * inverse - x * y;
+  const Lanes yy = m.yy * inverse - y * y;
+  const Lanes xv = m.xv * inverse - x * v;
+  const Lanes yv = m.yv * inverse - y * v;
+  const Lanes a = xx + kRidge;
+  const Lanes b = yy + kRidge;
+  const Lanes determinant = 1.0F / (a * b - xy * xy);
+  const Lanes slope_x = (xv * b - yv * xy) * determinant;
+  const Lanes slope_y = (yv * a - xv * xy) * determinant;
+  const Lanes leverage = 1.0F + (x * x * b - 2.0F * x * y * xy + y * y * a) * determinant;
+  const Lanes scatter = m.vv * inverse - v * v - 2.0F * (slope_x * xv + slope_y * yv) + slope_x * slope_x * xx +
+                        2.0F * slope_x * slope_y * xy + slope_y * slope_y * yy;
+  return {v - slope_x * x - slope_y * y, m.spread * inverse * inverse * leverage, at_least(scatter, Lanes{}),
+          m.noise * inverse};
+}
+
+// The points of a cluster, and what their neighbourhood looks like from there.
+struct Around {
+  Lanes3 position, normal, tangent, bitangent;
+  Lanes per_spacing;
+  float per_spacing2, per_radius2, sharpness;
+
+  Around(const Cluster &cluster, float radius, float falls)
+      : position(cluster.position), normal(cluster.normal), per_spacing(all(1.0F / cluster.spacing)),
+        per_spacing2(1.0F / (cluster.spacing * cluster.spacing)), per_radius2(1.0F / (radius * radius)),
+        sharpness(falls) {
+    frame_about(normal, tangent, bitangent);
+  }
+
+  // Place and weight of point j of a cluster, for each of ours. Returns whether any has a weight; `distance` is what
+  // further differences may be added to before the falloff.
+  void look(const Cluster &other, int j, Lanes &x, Lanes &y, Lanes &distance, Lanes &inside) const {
+    const Lanes3 d{other.position.x[j] - position.x, other.position.y[j] - position.y,
+                   other.position.z[j] - position.z};
+    const Lanes3 n{all(other.normal.x[j]), all(other.normal.y[j]), all(other.normal.z[j])};
+    x = dot(d, tangent) * per_spacing;
+    y = dot(d, bitangent) * per_spacing;
+    const Lanes off = dot(d, normal);
+    const Lanes off_other = dot(d, n);
+    inside = at_least(1.0F - (x * x + y * y) * per_radius2, Lanes{});
+    distance = (off * off + off_other * off_other) * (kFlatness * per_spacing2) + sharpness * (1.0F - dot(normal, n));
+  }
+};
+
+float squared(float x, float y, float z) { return x * x + y * y + z * z; }
+
+bool apart(const Cluster &a, const Cluster &b, float radius) {
+  const float reach = a.radius + b.radius + radius * a.spacing;
+  return squared(a.centre[0] - b.centre[0], a.centre[1] - b.centre[1], a.centre[2] - b.centre[2]) > reach * reach;
+}
+
+// A bit for each point of `other` that has rays and that some point of the cluster may reach.
+uint32_t within_reach(const Cluster &cluster, const Cluster &other, const Lanes &precision, float radius) {
+  const float reach = cluster.radius + radius * cluster.spacing;
+  const Lanes3 d{other.position.x - cluster.centre[0], other.position.y - cluster.centre[1],
+                 other.position.z - cluster.centre[2]};
+  const LaneMask near = (dot(d, d) <= all(reach * reach)) & (precision > 0.0F);
+  uint32_t bits = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    bits |= (static_cast<uint32_t>(near[lane]) & 1U) << lane;
+  }
+  return bits;
+}
+
+// The share of what a point's own value is off the plane that is detail and not noise.
+Lanes shrinkage(Lanes detail, Lanes variance, LaneMask sampled) {
+  return sampled ? detail / (detail + variance + 1e-12F) : Lanes{};
+}
+
+Lanes own_variance(const Signal &own, Lanes variance, LaneMask sampled) {
+  return variance / (sampled ? own.precision : all(1.0F));
+}
+
+void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
+  const Cluster &cluster = all_of.clusters[index];
+  Signal &own = signals[index];
+  const Around around(cluster, kGuideRadius, all_of.sharpness);
+  Moments m{};
+  Lanes noise{};
+  for (int64_t k = all_of.first[index]; k < all_of.first[index + 1]; ++k) {
+    const Cluster &other = all_of.clusters[all_of.near[k]];
+    const Signal &theirs = signals[all_of.near[k]];
+    if (apart(cluster, other, kGuideRadius)) {
+      continue;
+    }
+    for (uint32_t bits = within_reach(cluster, other, theirs.precision, kGuideRadius); bits != 0; bits &= bits - 1) {
+      const int j = __builtin_ctz(bits);
+      Lanes x;
+      Lanes y;
+      Lanes distance;
+      Lanes inside;
+      around.look(other, j, x, y, distance, inside);
+      const Lanes w = inside * falloff(distance);
+      const Lanes variance = all(1.0F / theirs.precision[j]); // in units of the noise
+      add(m, w, x, y, theirs.value[j] - own.value, variance, variance);
+      noise += w * theirs.noise[j];
+    }
+  }
+  const LaneMask sampled = own.precision > 0.0F;
+  const Fit fit = fitted(m);
+  own.variance = noise / at_least(m.w, all(1e-20F));
+  const Lanes variance = own_variance(own, own.variance, sampled);
+  own.rough = at_least(fit.scatter - kScatter * fit.noise * own.variance, Lanes{});
+  const Lanes share = shrinkage(own.rough, variance, sampled);
+  const Lanes rest = 1.0F - share;
+  own.guide = own.value + fit.value * rest;
+  own.guide_error = rest * rest * (fit.error * own.variance + own.rough) + share * share * variance;
+}
+
+void smooth(const Neighbours &all_of, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
+  const Cluster &cluster = all_of.clusters[index];
+  const Signal &own = signals[index];
+  const Around around(cluster, kRadius, all_of.sharpness);
+  Moments m{};
+  for (int64_t k = all_of.first[index]; k < all_of.first[index + 1]; ++k) {
+    const Cluster &other = all_of.clusters[all_of.near[k]];
+    const Signal &theirs = signals[all_of.near[k]];
+    for (uint32_t bits = within_reach(cluster, other, theirs.precision, kRadius); bits != 0; bits &= bits - 1) {
+      const int j = __builtin_ctz(bits);
+      Lanes x;
+      Lanes y;
+      Lanes distance;
+      Lanes inside;
+      around.look(other, j, x, y, distance, inside);
+      const Lanes difference = theirs.guide[j] - own.guide;
+      const Lanes allowed = kTolerance * (own.guide_error + theirs.guide_error[j] + kLeastVariance);
+      // The noise of the values is taken as it is here: weights by their own would prefer those where it happens to be
+      // small, and these are the open ones.
+      const Lanes variance = own.variance / theirs.precision[j];
+      const Lanes precision = (own.variance + own.rough + 1e-9F) / (variance + own.rough + 1e-9F);
+      const Lanes w = inside * falloff(distance + difference * difference / allowed) * precision;
+      add(m, w, x, y, theirs.value[j] - own.guide, variance, variance + own.rough);
+    }
+  }
+  const LaneMask sampled = own.precision > 0.0F;
+  const LaneMask lonely = m.w <= 0.0F;
+  const Fit fit = fitted(m);
+  const Lanes variance = own_variance(own, own.variance, sampled);
+  const Lanes detail = at_least(fit.scatter - kScatter * fit.noise, Lanes{});
+  const Lanes share = shrinkage(detail, variance, sampled);
+  const Lanes rest = 1.0F - share;
+  value = (own.guide + fit.value) * rest + own.value * share;
+  error = rest * rest * (fit.error + detail) + share * share * variance;
+  value = lonely ? own.guide : value;
+  error = lonely ? all(1.0F) : error;
+}
+
+} // namespace
+} // namespace ob

@@ -1,0 +1,87 @@
+"""The error of a map, measured: some of its texels are traced again by rays of their own.
+
+At a probe, two more estimates P and Q by independent rays stand beside the finished value F. Neither knows of F or of
+the other, so the mean of (F - P)(F - Q) is the mean square of F's error, whatever made it: noise, a filter's bias,
+rounds that stopped too soon. No constant has to be calibrated (sample splitting, as in cross-validation).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .scene import Doubles, Floats
+
+MOST, FEWEST, SHARE = 2048, 512, 128  # probes: one texel of SHARE, but between these
+LANES, RAYS = 16, 16  # an estimate of a probe has LANES times RAYS rays: as many packets of one texel's rays
+RAYS_EACH = 2 * LANES * RAYS
+
+Trace = Callable[[NDArray[np.int64], int, int], Floats]  # texels, rays each, number of the draw → sums
+
+
+@dataclass(frozen=True)
+class Error:
+    """rmse: over the covered texels. p99: the error that 99 of 100 texels stay within."""
+
+    rmse: float
+    p99: float
+
+
+@dataclass(frozen=True, eq=False)
+class Probes:
+    """texels: (N,) int64, y · W + x. weight: (N,) float64, 1 on average over the texels. first, second: (N,) float64,
+    the two estimates."""
+
+    texels: NDArray[np.int64]
+    weight: Doubles
+    first: Doubles
+    second: Doubles
+
+    def error(self, values: Floats) -> Error:
+        """The error of a finished map, (H, W) float32."""
+        if not len(self.texels):
+            return Error(0.0, 0.0)
+        there = values.reshape(-1)[self.texels].astype(np.float64)
+        square = float(np.average((there - self.first) * (there - self.second), weights=self.weight))
+        rmse = math.sqrt(max(square, 0.0))
+        apart = np.abs(there - 0.5 * (self.first + self.second))
+        noisy = math.sqrt(float(np.average(apart**2, weights=self.weight)))
+        # The probes' own noise widens the differences; their shape is taken as it is, their width as measured.
+        return Error(rmse, _quantile(apart, self.weight, 0.99) * (rmse / noisy if noisy > 0.0 else 0.0))
+
+
+def place(expected: Floats, covered: NDArray[np.bool_], seed: int) -> tuple[NDArray[np.int64], Doubles]:
+    """Choose texels to probe, half of them evenly and half by the expected squared error; texels and weights.
+
+    expected: (H, W) float32. Systematic sampling: the texels lie along the image's rows as evenly as can be.
+    """
+    texels = np.flatnonzero(covered)
+    count = min(max(len(texels) // SHARE, FEWEST), MOST, len(texels))
+    if count == 0:
+        return texels.astype(np.int64), np.zeros(0)
+    there = expected.reshape(-1)[texels].astype(np.float64)
+    mean = there.mean()
+    density = 0.5 + 0.5 * there / mean if mean > 0.0 else np.ones(len(texels))
+    ladder = np.cumsum(density)
+    steps = (np.arange(count) + np.random.default_rng(seed).random()) * (ladder[-1] / count)
+    chosen = np.minimum(np.searchsorted(ladder, steps, side="right"), len(texels) - 1)
+    return texels[chosen].astype(np.int64), 1.0 / density[chosen]
+
+
+def draw(texels: NDArray[np.int64], weight: Doubles, trace: Trace) -> Probes:
+    """Trace the probes. Those that turn out to face away from the camera are dropped."""
+    listed = np.repeat(texels, LANES)
+    sums = [trace(listed, RAYS, number).reshape(-1, LANES).astype(np.float64) for number in range(2)]
+    seen = np.all([each.min(axis=1, initial=0.0) >= 0.0 for each in sums], axis=0)
+    first, second = (each[seen].sum(axis=1) / (LANES * RAYS) for each in sums)
+    return Probes(texels[seen], weight[seen], first, second)
+
+
+def _quantile(values: Doubles, weight: Doubles, share: float) -> float:
+    order = np.argsort(values)
+    ladder = np.cumsum(weight[order])
+    return float(values[order][np.searchsorted(ladder, share * ladder[-1])])
