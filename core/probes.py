@@ -45,13 +45,17 @@ class Probes:
         """The error of a finished map, (H, W) float32."""
         if not len(self.texels):
             return Error(0.0, 0.0)
-        there = values.reshape(-1)[self.texels].astype(np.float64)
-        square = float(np.average((there - self.first) * (there - self.second), weights=self.weight))
-        rmse = math.sqrt(max(square, 0.0))
-        apart = np.abs(there - 0.5 * (self.first + self.second))
+        rmse = math.sqrt(max(float(np.average(self.squares(values), weights=self.weight)), 0.0))
+        apart = np.abs(values.reshape(-1)[self.texels] - 0.5 * (self.first + self.second))
         noisy = math.sqrt(float(np.average(apart**2, weights=self.weight)))
         # The probes' own noise widens the differences; their shape is taken as it is, their width as measured.
         return Error(rmse, _quantile(apart, self.weight, 0.99) * (rmse / noisy if noisy > 0.0 else 0.0))
+
+
+    def squares(self, values: Floats) -> Doubles:
+        """(N,) float64: an unbiased estimate of each probe's squared error, which noise may carry below 0."""
+        there = values.reshape(-1)[self.texels].astype(np.float64)
+        return (there - self.first) * (there - self.second)
 
 
 def place(expected: Floats, covered: NDArray[np.bool_], seed: int) -> tuple[NDArray[np.int64], Doubles]:

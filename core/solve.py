@@ -17,10 +17,12 @@ from .scene import Doubles, Floats, Ints
 
 BLOCK = 4  # texels along a side of the blocks that get rays together: a packet's sixteen
 FIRST_RAYS, LOOSE_RAYS, LOOSE = 16, 4, 0.012  # of the first round; fewer where an error above LOOSE will do
-GROWTH = 4  # rays in a round, over all that a texel had before
-MOST_RAYS = 4096  # of a texel in one round
+GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
+MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
-_AIM = 0.93  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
+_AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
+_EVEN = 0.25  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
+_PROBES_TO_TELL = 64  # so many probes among the texels of one number of rays tell their error from that of others
 
 # Traces each owned texel's rays: owner (H, W), rays, number of the round → sums over all and over the first half,
 # (H, W) float32; -1 where a texel faces away.
@@ -85,7 +87,7 @@ def solve(
     rounds.open(opening)
     probed = _probe(rounds.expected, covered, seed, means)
     error = probed.error(rounds.values)
-    while goal.error is not None and error.rmse > goal.error and rounds.go_on(error):
+    while goal.error is not None and error.rmse > goal.error and rounds.go_on(probed):
         error = probed.error(rounds.values)
     met = goal.error is None or error.rmse <= goal.error
     return _solved(rounds.values, covered, error, rounds.rays + _rays_of(probed), met)
@@ -130,18 +132,18 @@ class _Rounds:
         self._estimate.add(total, first, first_rays(self._goal), self._covered)
         self._filter()
 
-    def go_on(self, error: Error) -> bool:
+    def go_on(self, probed: Probes) -> bool:
         """A further round, where it lowers the error most. Returns whether there was anything left to do."""
         assert self._goal.error is not None
         self._round += 1
-        chosen = self._choose(error, self._goal.error)
-        if self._round > MOST_ROUNDS or not chosen.any():
+        extra = self._choose(self._squares(probed), self._goal.error)
+        if self._round > MOST_ROUNDS or not extra.any():
             return False
-        for rays in np.unique(chosen[chosen > 0]):
-            where = _unblocked(chosen == rays, self._owner.shape) & self._covered
+        for rays in np.unique(extra[extra > 0]):
+            where = _unblocked(extra == rays, self._owner.shape) & self._covered
             total, first = self._means.trace(np.where(where, self._owner, -1), int(rays), self._round)
             self._estimate.add(total, first, int(rays), where)
-        self._rays += chosen
+        self._rays += extra
         self._filter()
         return True
 
@@ -156,27 +158,50 @@ class _Rounds:
         np.copyto(self.values, np.float32(0.0), where=~self._covered)
         np.copyto(self.expected, np.float32(0.0), where=~self._covered)
 
-    def _choose(self, error: Error, wanted: float) -> NDArray[np.int_]:
-        """Rays to add to each texel of each block.
-
-        A block that gets GROWTH times its rays keeps a known share of its squared error. Those that save most for a ray
-        come first, until what is left is what is wanted. The filter expects too little where it is biased: the measured
-        error sets the scale.
-        """
+    def _squares(self, probed: Probes) -> Doubles:
+        """Each block's squared error, summed over its texels: as the filter expects it, to the scale that was measured
+        among the texels with as many rays."""
         squares = _block_sums(self.expected)
-        total = float(squares.sum())
-        if total <= 0.0:
-            return np.zeros_like(self._rays)
-        squares *= error.rmse**2 * self._texels.sum() / total
-        rays = np.where(squares > 0.0, np.minimum(GROWTH * self._rays, MOST_RAYS), 0)
-        saved = squares * (1.0 - (1.0 + GROWTH**1.5) ** -1.0)
-        gain = saved / np.maximum(rays * self._texels, 1)
-        order = np.argsort(-gain, axis=None)
-        excess = squares.sum() - (_AIM * wanted) ** 2 * self._texels.sum()
-        count = 1 + int(np.searchsorted(np.cumsum(saved.reshape(-1)[order]), excess))
-        chosen = np.zeros_like(rays)
-        chosen.reshape(-1)[order[:count]] = rays.reshape(-1)[order[:count]]
-        return chosen
+        measured = probed.squares(self.values)
+        expected = self.expected.reshape(-1)[probed.texels]
+        y, x = np.divmod(probed.texels, self._owner.shape[1])
+        level = self._rays[y // BLOCK, x // BLOCK]
+        overall = _ratio(measured, expected, probed.weight)
+        for rays in np.unique(self._rays):
+            here, of = self._rays == rays, level == rays
+            scale = _ratio(measured[of], expected[of], probed.weight[of]) if of.sum() >= _PROBES_TO_TELL else overall
+            mean = squares[here].sum() / max(self._texels[here].sum(), 1.0)
+            squares[here] = scale * ((1.0 - _EVEN) * squares[here] + _EVEN * mean * self._texels[here])
+        return squares
+
+    def _choose(self, squares: Doubles, wanted: float) -> NDArray[np.int_]:
+        """Rays to add to each texel of each block, so that the wanted error is reached with the fewest.
+
+        More rays of r times a texel's number bring its squared error to 1 / (1 + r^1.5) of what it was. For a price of
+        a ray each block takes the growth that costs least, rays and error together; the price is found by bisection.
+        """
+        worth = squares / np.maximum(self._texels * self._rays, 1.0)
+        goal = (_AIM * wanted) ** 2 * self._texels.sum()
+        low, high = worth.max() * 1e-9, worth.max()
+        for _ in range(40):
+            price = np.sqrt(low * high)
+            left = (squares * _LEFT[np.searchsorted(_STEPS, worth / price)]).sum() if price > 0.0 else 0.0
+            low, high = (price, high) if left <= goal else (low, price)
+        growth = np.asarray(GROWTHS)[np.searchsorted(_STEPS, worth / max(low, 1e-300))]
+        extra = np.minimum(growth * self._rays, MOST_RAYS)
+        powers: NDArray[np.int_] = np.where(extra > 0, 1 << np.log2(np.maximum(extra, 1)).astype(np.int_), 0)
+        return powers
+
+
+# What a growth leaves of the squared error; and from which worth on, in prices, it is better than the one before.
+_LEFT = 1.0 / (1.0 + np.asarray(GROWTHS, dtype=np.float64) ** 1.5)
+_STEPS = np.diff(GROWTHS) / -np.diff(_LEFT)
+
+
+def _ratio(measured: Doubles, expected: Floats, weight: Doubles) -> float:
+    """How much larger errors are than expected, within reason: few probes may say that there are none."""
+    below = float(weight @ expected)
+    return min(max(float(weight @ measured) / below, 1.0 / 16.0), 64.0) if below > 0.0 else 1.0
 
 
 def _block_sums(image: Floats) -> Doubles:

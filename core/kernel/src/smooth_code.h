@@ -19,6 +19,7 @@ constexpr float kFlatness = 1.0F;         // squared distance from the tangent p
 constexpr float kRidge = 0.3F;            // added to the spread of the places: a plane is not tilted by two points
 // Scatter above so many times the noise counts as detail; the noise itself is known to a factor of about two.
 constexpr float kScatter = 4.0F;
+constexpr float kLikelyScatter = 2.0F;  // and above so many times it makes the error that is expected larger
 constexpr float kLeastVariance = 1e-7F; // of the difference of two guides
 
 // Nearly exp(-x), and 0 from 8 on.
@@ -32,18 +33,20 @@ Lanes falloff(Lanes x) {
 // Weighted sums over the neighbours of sixteen points; places in spacings, values relative to each point's origin.
 struct Moments {
   Lanes w, x, y, xx, xy, yy, v, xv, yv, vv;
-  Lanes noise;  // of w times the variance of the value
-  Lanes spread; // of w² times what a value scatters about the plane
+  Lanes noise;      // of w times the variance of the value
+  Lanes ww, spread; // of w², and of that times the variance
 };
 
 struct Fit {
   Lanes value;   // at the point, relative to its origin
-  Lanes error;   // variance of the value
+  Lanes error;   // variance of the value, by the rays' noise
   Lanes scatter; // mean square of what the plane leaves over
   Lanes noise;   // the part of it that the rays' noise explains
+  Lanes share;   // of a point here, of weight 1, in the value
+  Lanes squares; // sum of the squared shares of all points
 };
 
-void add(Moments &m, Lanes w, Lanes x, Lanes y, Lanes v, Lanes variance, Lanes scatter) {
+void add(Moments &m, Lanes w, Lanes x, Lanes y, Lanes v, Lanes variance) {
   const Lanes wx = w * x;
   const Lanes wy = w * y;
   const Lanes wv = w * v;
@@ -58,7 +61,9 @@ void add(Moments &m, Lanes w, Lanes x, Lanes y, Lanes v, Lanes variance, Lanes s
   m.yv += wy * v;
   m.vv += wv * v;
   m.noise += w * variance;
-  m.spread += w * w * scatter;
+  const Lanes ww = w * w;
+  m.ww += ww;
+  m.spread += ww * variance;
 }
 
 Fit fitted(const Moments &m) {
@@ -79,8 +84,13 @@ Fit fitted(const Moments &m) {
   const Lanes leverage = 1.0F + (x * x * b - 2.0F * x * y * xy + y * y * a) * determinant;
   const Lanes scatter = m.vv * inverse - v * v - 2.0F * (slope_x * xv + slope_y * yv) + slope_x * slope_x * xx +
                         2.0F * slope_x * slope_y * xy + slope_y * slope_y * yy;
-  return {v - slope_x * x - slope_y * y, m.spread * inverse * inverse * leverage, at_least(scatter, Lanes{}),
-          m.noise * inverse};
+  const Lanes squared_share = inverse * inverse * leverage;
+  return {v - slope_x * x - slope_y * y,
+          m.spread * squared_share,
+          at_least(scatter, Lanes{}),
+          m.noise * inverse,
+          inverse * leverage,
+          m.ww * squared_share};
 }
 
 // The points of a cluster, and what their neighbourhood looks like from there.
@@ -131,13 +141,34 @@ uint32_t within_reach(const Cluster &cluster, const Cluster &other, const Lanes 
   return bits;
 }
 
-// The share of what a point's own value is off the plane that is detail and not noise.
-Lanes shrinkage(Lanes detail, Lanes variance, LaneMask sampled) {
-  return sampled ? detail / (detail + variance + 1e-12F) : Lanes{};
+// What to make of a fit: how much of what the point's own value is off it is detail, and the error of the outcome.
+struct Verdict {
+  Lanes share; // of the point's own value in the outcome
+  Lanes error;
+};
+
+// weight: of the point's own value in the fit. variance: of that value. scale: of the fit's noise and error.
+Verdict judged(const Fit &fit, Lanes weight, Lanes variance, Lanes scale, float likely_scatter, LaneMask sampled) {
+  const Lanes noise = fit.noise * scale;
+  const Lanes detail = at_least(fit.scatter - kScatter * noise, Lanes{});
+  const Lanes share = sampled ? detail / (detail + variance + 1e-12F) : Lanes{};
+  const Lanes rest = 1.0F - share;
+  const Lanes own = sampled ? weight * fit.share : Lanes{};
+  // The detail that the fit misses: that of the other points, and what the fit takes of this one.
+  const Lanes likely = at_least(fit.scatter - likely_scatter * noise, Lanes{});
+  const Lanes missed = likely * (at_least(fit.squares - own * own, Lanes{}) + (1.0F - own) * (1.0F - own));
+  const Lanes random =
+      rest * rest * fit.error * scale + share * (share + 2.0F * rest * own) * (sampled ? variance : Lanes{});
+  return {share, random + rest * rest * missed};
 }
 
 Lanes own_variance(const Signal &own, Lanes variance, LaneMask sampled) {
   return variance / (sampled ? own.precision : all(1.0F));
+}
+
+// Of a value of this variance, where values scatter about the plane besides.
+Lanes relative_precision(const Signal &own, Lanes variance) {
+  return (own.variance + own.rough + 1e-9F) / (variance + own.rough + 1e-9F);
 }
 
 void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
@@ -160,20 +191,18 @@ void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
       Lanes inside;
       around.look(other, j, x, y, distance, inside);
       const Lanes w = inside * falloff(distance);
-      const Lanes variance = all(1.0F / theirs.precision[j]); // in units of the noise
-      add(m, w, x, y, theirs.value[j] - own.value, variance, variance);
+      add(m, w, x, y, theirs.value[j] - own.value, all(1.0F / theirs.precision[j])); // in units of the noise
       noise += w * theirs.noise[j];
     }
   }
   const LaneMask sampled = own.precision > 0.0F;
   const Fit fit = fitted(m);
   own.variance = noise / at_least(m.w, all(1e-20F));
-  const Lanes variance = own_variance(own, own.variance, sampled);
   own.rough = at_least(fit.scatter - kScatter * fit.noise * own.variance, Lanes{});
-  const Lanes share = shrinkage(own.rough, variance, sampled);
-  const Lanes rest = 1.0F - share;
-  own.guide = own.value + fit.value * rest;
-  own.guide_error = rest * rest * (fit.error * own.variance + own.rough) + share * share * variance;
+  const Verdict verdict =
+      judged(fit, all(1.0F), own_variance(own, own.variance, sampled), own.variance, kScatter, sampled);
+  own.guide = own.value + fit.value * (1.0F - verdict.share);
+  own.guide_error = verdict.error;
 }
 
 void smooth(const Neighbours &all_of, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
@@ -196,20 +225,18 @@ void smooth(const Neighbours &all_of, int64_t index, const Signal *signals, Lane
       // The noise of the values is taken as it is here: weights by their own would prefer those where it happens to be
       // small, and these are the open ones.
       const Lanes variance = own.variance / theirs.precision[j];
-      const Lanes precision = (own.variance + own.rough + 1e-9F) / (variance + own.rough + 1e-9F);
+      const Lanes precision = relative_precision(own, variance);
       const Lanes w = inside * falloff(distance + difference * difference / allowed) * precision;
-      add(m, w, x, y, theirs.value[j] - own.guide, variance, variance + own.rough);
+      add(m, w, x, y, theirs.value[j] - own.guide, variance);
     }
   }
   const LaneMask sampled = own.precision > 0.0F;
   const LaneMask lonely = m.w <= 0.0F;
   const Fit fit = fitted(m);
   const Lanes variance = own_variance(own, own.variance, sampled);
-  const Lanes detail = at_least(fit.scatter - kScatter * fit.noise, Lanes{});
-  const Lanes share = shrinkage(detail, variance, sampled);
-  const Lanes rest = 1.0F - share;
-  value = (own.guide + fit.value) * rest + own.value * share;
-  error = rest * rest * (fit.error + detail) + share * share * variance;
+  const Verdict verdict = judged(fit, relative_precision(own, variance), variance, all(1.0F), kLikelyScatter, sampled);
+  value = (own.guide + fit.value) * (1.0F - verdict.share) + own.value * verdict.share;
+  error = verdict.error;
   value = lonely ? own.guide : value;
   error = lonely ? all(1.0F) : error;
 }
