@@ -95,8 +95,8 @@ class Settings:
 class BakedMap:
     """One finished image. values: (H, W) float32 with margins; covered: (H, W) bool; coverage: (H, W) float32, 0 in
     margins; error: measured RMSE over the covered texels, and p99 the error that 99 of 100 stay within (probes.py);
-    mean: their mean; rays: all that it took. Values are 0 to 1, but for noise above 1 where the horizon was divided out
-    and nothing filtered."""
+    mean: their mean; rays: all that made it, but for those that measured its error. Values are 0 to 1, but for noise
+    above 1 where the horizon was divided out and nothing filtered."""
 
     values: Floats
     covered: NDArray[np.bool_]
@@ -109,7 +109,7 @@ class BakedMap:
 
 @dataclass(eq=False)
 class Baked:
-    """One baked object. maps by estimator name. rays: all that were traced. inside: the share of its texels, 0 to 1,
+    """One baked object. maps by estimator name. rays: those of all its maps. inside: the share of its texels, 0 to 1,
     that lie inside other meshes (inside.py); their values are as traced. seconds by stage."""
 
     name: str
@@ -305,8 +305,8 @@ def _finished(solved: Solved, texels: Texels, settings: Settings, progress: Prog
 def _shortfalls(target: Instance, settings: Settings, solved: Sequence[Solved]) -> list[str]:
     """A line for each map that did not get to the error asked for."""
     return [
-        f"{target.name}: {estimator.name} has an error of {each.error.rmse:.4f}, and {settings.error:.4f} was asked for; "
-        "its detail is finer than a texel's rays can tell: bake a larger image"
+        f"{target.name}: {estimator.name} has an error of {each.error.rmse:.4f}, and {settings.error:.4f} was asked "
+        "for; its detail is finer than a texel's rays can tell: bake a larger image"
         for estimator, each in zip(settings.estimators, solved, strict=True)
         if not each.met
     ]

@@ -31,11 +31,22 @@ def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
         "rays": baked.rays,
         "seconds": {**seconds, "total": sum(seconds.values())},
         "error": {name: each.error for name, each in baked.maps.items()},
+        "p99": {name: each.p99 for name, each in baked.maps.items()},
         "mean": {name: each.mean for name, each in baked.maps.items()},
         "inside": baked.inside,
         "files": {name: str(path) for name, path in files.items()},
         "warnings": list(baked.warnings),
     }
+
+
+def error_in_words(entry: Json, name: str) -> str:
+    """The error of one of the entry's maps."""
+    return f"±{entry['error'][name]:.4f} (99 % within {entry['p99'][name]:.4f})"
+
+
+def rays_per_texel(entry: Json) -> float:
+    """Rays a texel of an entry: those of all its maps, with what measuring their error took."""
+    return float(entry["rays"] / max(entry["texels"], 1))
 
 
 def comparison_entry(comparison: Comparison, samples: int, seconds: float, other_owner: int, picture: Path) -> Json:
@@ -55,18 +66,20 @@ def comparison_entry(comparison: Comparison, samples: int, seconds: float, other
 def times_as_long(entry: Json) -> float:
     """How much longer a sample takes Cycles than a ray takes here, all stages of both counted: the two seldom take as
     many."""
-    rays = entry["rays"] / max(entry["texels"], 1)
     cycles = entry["cycles"]
-    return float(cycles["seconds"] / cycles["samples"] / (entry["seconds"]["total"] / rays))
+    return float(cycles["seconds"] / cycles["samples"] / (entry["seconds"]["total"] / rays_per_texel(entry)))
 
 
 def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float], objects: Iterable[Json]) -> Json:
-    """The report of one run. seconds: what several objects share, and `total`."""
+    """The report of one run. seconds: what several objects share, and `total`. rays_per_texel and error_wanted: what
+    was asked for; the other one is None."""
     return {
         "version": version(),
         "embree": device.description,
         "threads": settings.threads or os.cpu_count() or 1,
-        "rays_per_texel": settings.rays,
+        "rays_per_texel": settings.rays if settings.error is None else None,
+        "error_wanted": settings.error,
+        "filtered": settings.goal.filtered,
         "distance": settings.distance,
         "ro_horizon": "divide" if settings.divide_horizon else "keep",
         "seed": settings.seed,
@@ -76,8 +89,9 @@ def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float
 
 
 def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str | int | float]:
-    """What an image says of itself: what was baked, how, and how well."""
+    """What an image says of itself: what was baked, how, and how well. rays_per_texel: the mean of what was traced."""
     estimator = next(each for each in settings.estimators if each.name == name)
+    made = baked.maps[name]
     return {
         "software": f"Occlusion Bake {version()}",
         "object": baked.name,
@@ -86,10 +100,13 @@ def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str
         "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
         "horizon": "divided" if settings.divide_horizon and estimator.axis is Axis.REFLECTED else "kept",
         "sampler": estimator.sampler.name.lower(),
-        "rays_per_texel": settings.rays,
+        "rays_per_texel": round(made.rays / max(baked.texels, 1), 1),
+        "error_wanted": "none" if settings.error is None else settings.error,
+        "filtered": "yes" if settings.goal.filtered else "no",
         "distance": "none" if settings.distance is None else settings.distance,
         "seed": settings.seed,
-        "estimated_rmse": baked.maps[name].error,
+        "estimated_rmse": made.error,
+        "estimated_p99": made.p99,
     }
 
 

@@ -212,8 +212,9 @@ def test_a_result_tells_what_was_done(shapes: Any, bake_one: Any) -> None:
     baked = bake_one(stage(shapes), estimators=MAPS, size=32, rays=8)
     assert (baked.name, baked.width, baked.height) == ("floor", 32, 32)
     assert baked.texels == 32 * 32 and baked.rays == 32 * 32 * 8 * 2
+    assert [result.rays for result in baked.maps.values()] == [32 * 32 * 8] * 2
     assert list(baked.maps) == ["ao", "ro_10"]
-    assert set(baked.seconds) == {"texels", "build", "inside", "trace", "solve"}
+    assert set(baked.seconds) == {"texels", "build", "inside", "trace", "solve", "probe", "finish"}
     assert all(seconds >= 0 for seconds in baked.seconds.values())
     assert baked.warnings == []
     values = baked.maps["ao"].values

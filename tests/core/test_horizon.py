@@ -15,7 +15,6 @@ from occlusion_bake.core.horizon import cosines_to_reflected, divide, open_horiz
 from occlusion_bake.core.report import image_metadata, whole_report
 from occlusion_bake.core.scene import Camera, Mesh, Placed, Scene, placed
 from occlusion_bake.core.texels import rasterize
-from occlusion_bake.core.tracer import Sums
 
 EXPONENTS = (1.0, 10.0, 64.0)
 MAPS = tuple(reflection(exponent, from_camera=True) for exponent in EXPONENTS)
@@ -154,13 +153,9 @@ def test_a_camera_on_the_surface_divides_by_no_nothing(shapes: Any) -> None:
 
 
 def test_texels_without_a_value_stay_so() -> None:
-    sums = Sums(np.float32([[[-1, 0, 3]], [[-1, 0, 3]]]), np.float32([[[-1, 0, 1]], [[-1, 0, 1]]]))
-    divide(sums, 1, np.array([[0.5, 0.5, 0.75]]))
-    assert_array_equal(sums.all, np.float32([[[-1, 0, 3]], [[-1, 0, 4]]]))
-    assert sums.first_half is not None
-    assert_allclose(sums.first_half, np.float32([[[-1, 0, 1]], [[-1, 0, 4 / 3]]]))
-    divide(Sums(sums.all, None), 1, np.array([[0.5, 0.5, 0.5]]))
-    assert sums.all[1, 0, 2] == 8
+    sums = np.float32([[-1, 0, 3, 1]])
+    divide(sums, np.array([[0.5, 0.5, 0.75, 0.75]]))
+    assert_allclose(sums, np.float32([[-1, 0, 4, 4 / 3]]))
 
 
 def test_the_report_and_the_images_tell(shapes: Any, bake_one: Any) -> None:

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 
 #include "gather.h"
@@ -190,58 +191,36 @@ std::vector<Cluster> find_clusters(const ob_surface &surface, int32_t threads, o
   return joined(rows);
 }
 
-// Clusters in cubic cells, a grid for each power of two of their spacing, as a sorted list.
+// What the search for neighbours looks at, close together in memory.
+struct Bounds {
+  uint64_t cell;
+  int32_t index;
+  float centre[3], radius;
+  float axis[3], spacing;
+};
+
+// Clusters in cubic cells, a grid for each power of two of their spacing, as a list sorted by cell.
 class Grid {
 public:
-  explicit Grid(const std::vector<Cluster> &clusters) : clusters_(clusters) {
+  explicit Grid(const std::vector<Cluster> &clusters) {
     entries_.reserve(clusters.size());
     for (size_t i = 0; i < clusters.size(); ++i) {
-      const Cluster &cluster = clusters[i];
-      const int level = level_of(cluster.spacing);
-      const double cell = std::ldexp(1.0, level);
-      entries_.push_back(
-          {key(level, place(cluster.centre[0], cell), place(cluster.centre[1], cell), place(cluster.centre[2], cell)),
-           static_cast<int32_t>(i)});
+      entries_.push_back(bounds_of(clusters[i], static_cast<int32_t>(i)));
     }
-    std::sort(entries_.begin(), entries_.end());
-    size_t slots = 16;
-    while (slots < 2 * entries_.size()) {
-      slots *= 2;
-    }
-    slots_.assign(slots, -1);
-    for (size_t i = 0; i < entries_.size(); ++i) {
-      if (i == 0 || entries_[i].first != entries_[i - 1].first) {
-        size_t slot = entries_[i].first & (slots - 1);
-        while (slots_[slot] >= 0) {
-          slot = (slot + 1) & (slots - 1);
-        }
-        slots_[slot] = static_cast<int32_t>(i);
-      }
-    }
+    std::sort(entries_.begin(), entries_.end(),
+              [](const Bounds &a, const Bounds &b) { return a.cell != b.cell ? a.cell < b.cell : a.index < b.index; });
+    fill_slots();
   }
 
-  // Indices of the clusters that points of this one may see, nearest first where there are too many, else in order.
-  void near(int32_t index, std::vector<std::pair<float, int32_t>> &found) const {
-    const Cluster &own = clusters_[static_cast<size_t>(index)];
+  // Indices of the clusters that points of this one may see, in order; of too many the nearest.
+  void near(const Cluster &cluster, std::vector<std::pair<float, int32_t>> &found) const {
+    const Bounds own = bounds_of(cluster, 0);
     found.clear();
     const int level = level_of(own.spacing);
     for (int other = level - 1; other <= level + 1; ++other) {
-      const double cell = std::ldexp(1.0, other);
-      // Of the other level's clusters none is larger than its reach, and most are half a block.
-      const double reach =
-          static_cast<double>(own.radius) + static_cast<double>(kFilterReach * own.spacing) + kLargest * cell;
-      int64_t low[3];
-      int64_t high[3];
-      for (int axis = 0; axis < 3; ++axis) {
-        low[axis] = place(static_cast<double>(own.centre[axis]) - reach, cell);
-        high[axis] = place(static_cast<double>(own.centre[axis]) + reach, cell);
-      }
-      for (int64_t z = low[2]; z <= high[2]; ++z) {
-        for (int64_t y = low[1]; y <= high[1]; ++y) {
-          for (int64_t x = low[0]; x <= high[0]; ++x) {
-            look_into(key(other, x, y, z), own, found);
-          }
-        }
+      const auto largest = largest_.find(other);
+      if (largest != largest_.end()) {
+        look_at_level(other, largest->second, own, found);
       }
     }
     if (found.size() > kMostNear) {
@@ -252,46 +231,95 @@ public:
   }
 
 private:
-  static constexpr double kCell = 12.0;                             // spacings across a cell, at least
-  static constexpr double kLargest = double{kClusterReach} / kCell; // a cluster's radius in cells, at most
+  static constexpr double kCell = 12.0; // spacings across a cell, at least
 
   static int level_of(float spacing) {
     return static_cast<int>(std::ceil(std::log2(kCell * static_cast<double>(spacing))));
   }
+
   static int64_t place(double coordinate, double cell) { return static_cast<int64_t>(std::floor(coordinate / cell)); }
 
   static uint64_t key(int level, int64_t x, int64_t y, int64_t z) {
     const auto wide = [](int64_t value) { return static_cast<uint64_t>(value); };
-    uint64_t h = wide(x) * 0x9e3779b97f4a7c15U ^ wide(y) * 0xc2b2ae3d27d4eb4fU ^ wide(z) * 0x165667b19e3779f9U ^
-                 wide(level) * 0x27d4eb2f165667c5U;
+    uint64_t h = (wide(x) * 0x9e3779b97f4a7c15U) ^ (wide(y) * 0xc2b2ae3d27d4eb4fU) ^ (wide(z) * 0x165667b19e3779f9U) ^
+                 (wide(level) * 0x27d4eb2f165667c5U);
     h ^= h >> 29;
     h *= 0xbf58476d1ce4e5b9U;
     return h ^ (h >> 32);
   }
 
-  void look_into(uint64_t wanted, const Cluster &own, std::vector<std::pair<float, int32_t>> &found) const {
-    size_t slot = wanted & (slots_.size() - 1);
-    while (slots_[slot] >= 0 && entries_[static_cast<size_t>(slots_[slot])].first != wanted) {
+  static Bounds bounds_of(const Cluster &cluster, int32_t index) {
+    const int level = level_of(cluster.spacing);
+    const double cell = std::ldexp(1.0, level);
+    const float *c = cluster.centre;
+    const float *a = cluster.axis;
+    const uint64_t where = key(level, place(c[0], cell), place(c[1], cell), place(c[2], cell));
+    return {where, index, {c[0], c[1], c[2]}, cluster.radius, {a[0], a[1], a[2]}, cluster.spacing};
+  }
+
+  // A table with open addressing: where in the list each cell begins. And the largest radius on each level.
+  void fill_slots() {
+    size_t slots = 16;
+    while (slots < 2 * entries_.size()) {
+      slots *= 2;
+    }
+    slots_.assign(slots, -1);
+    for (size_t i = 0; i < entries_.size(); ++i) {
+      float &largest = largest_[level_of(entries_[i].spacing)];
+      largest = std::max(largest, entries_[i].radius);
+      if (i == 0 || entries_[i].cell != entries_[i - 1].cell) {
+        slots_[slot_of(entries_[i].cell)] = static_cast<int32_t>(i);
+      }
+    }
+  }
+
+  // The cell's slot, or the empty one where it would be.
+  size_t slot_of(uint64_t cell) const {
+    size_t slot = cell & (slots_.size() - 1);
+    while (slots_[slot] >= 0 && entries_[static_cast<size_t>(slots_[slot])].cell != cell) {
       slot = (slot + 1) & (slots_.size() - 1);
     }
-    if (slots_[slot] < 0) {
+    return slot;
+  }
+
+  void look_at_level(int level, float largest, const Bounds &own, std::vector<std::pair<float, int32_t>> &found) const {
+    const double cell = std::ldexp(1.0, level);
+    const double reach = static_cast<double>(own.radius + kFilterReach * own.spacing + largest);
+    int64_t low[3];
+    int64_t high[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = place(static_cast<double>(own.centre[axis]) - reach, cell);
+      high[axis] = place(static_cast<double>(own.centre[axis]) + reach, cell);
+    }
+    for (int64_t z = low[2]; z <= high[2]; ++z) {
+      for (int64_t y = low[1]; y <= high[1]; ++y) {
+        for (int64_t x = low[0]; x <= high[0]; ++x) {
+          look_into(key(level, x, y, z), own, found);
+        }
+      }
+    }
+  }
+
+  void look_into(uint64_t cell, const Bounds &own, std::vector<std::pair<float, int32_t>> &found) const {
+    const int32_t begin = slots_[slot_of(cell)];
+    if (begin < 0) {
       return;
     }
-    for (auto i = static_cast<size_t>(slots_[slot]); i < entries_.size() && entries_[i].first == wanted; ++i) {
-      const Cluster &other = clusters_[static_cast<size_t>(entries_[i].second)];
+    for (auto i = static_cast<size_t>(begin); i < entries_.size() && entries_[i].cell == cell; ++i) {
+      const Bounds &other = entries_[i];
       const float reach = own.radius + other.radius + kFilterReach * own.spacing;
       const float ratio = other.spacing / own.spacing;
       const float away = distance2(own.centre, other.centre);
       if (away <= reach * reach && ratio <= kEvenSpacing && ratio * kEvenSpacing >= 1.0F &&
           dot3(own.axis, other.axis) > 0.0F) {
-        found.emplace_back(away, entries_[i].second);
+        found.emplace_back(away, other.index);
       }
     }
   }
 
-  const std::vector<Cluster> &clusters_;
-  std::vector<std::pair<uint64_t, int32_t>> entries_; // cell, cluster
-  std::vector<int32_t> slots_;                        // open addressing: the first entry of a cell
+  std::vector<Bounds> entries_;
+  std::vector<int32_t> slots_;
+  std::map<int, float> largest_;
 };
 
 constexpr int64_t kStretch = 1024; // clusters in one piece of work
@@ -306,7 +334,7 @@ void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
     std::vector<std::pair<float, int32_t>> found;
     for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
       for (int64_t i = piece * kStretch; i < std::min(count, (piece + 1) * kStretch); ++i) {
-        grid.near(static_cast<int32_t>(i), found);
+        grid.near(field.clusters[static_cast<size_t>(i)], found);
         field.first[static_cast<size_t>(i) + 1] = static_cast<int64_t>(found.size());
         for (const auto &each : found) {
           near[static_cast<size_t>(piece)].push_back(each.second);
