@@ -17,10 +17,10 @@ KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h incl
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help venv test lint extension sanitize bake figures accuracy study clean
+.PHONY: help venv test lint extension sanitize bake bench bench-quick figures accuracy study clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
 	@echo "  PYTHON=python3.13 chooses the Python ($(RELEASES)), VENV=folder the environment (.venv)"
 
 venv: $(VENV)/.kernel$(PROFILE) ## the virtual environment: Blender as a module, the tools, the kernel
@@ -43,6 +43,12 @@ sanitize: venv ## the kernel's own tests and fuzzed bakes under the address and 
 
 bake: venv ## bake the sample scenes
 	$(PY) -m occlusion_bake.samples.bake
+
+bench: venv ## seconds against error of ours and of others, into bench/RESULTS.md: hours; a scene alone: see there
+	$(PY) -m occlusion_bake.bench.versus
+
+bench-quick: venv ## the same of two scenes, small, in three minutes; into build/versus/QUICK.md
+	$(PY) -m occlusion_bake.bench.versus --quick
 
 figures: venv ## draw the figures of the documentation from measurements
 	$(PY) -m occlusion_bake.bench.figures

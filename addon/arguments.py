@@ -11,6 +11,7 @@ from ..core.bake import Settings
 from ..core.errors import InputError
 from ..core.estimators import AO, Estimator, reflection, sampled
 from ..core.images import check_format
+from .quality import DEFAULT, PRESETS
 
 COMPARED_SAMPLES = 64
 
@@ -31,7 +32,7 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     add("--objects", nargs="+", metavar="NAME", help="what to bake (all meshes that render)")
     add("--maps", nargs="+", choices=("ao", "ro"), default=["ao"], help="ambient and reflection occlusion (ao)")
     add("--size", type=_size, default=(1024, 1024), metavar="N|WxH", help="texels of the image (1024)")
-    add("--rays", type=int, default=64, metavar="N", help="rays a texel and map (64)")
+    _add_effort(made)
     add("--distance", type=float, metavar="D", help="how far an occluder may be (no limit)")
     add("--ro-exponent", type=float, nargs="+", default=[10.0], metavar="E", help="Phong exponents of RO (10)")
     add("--ro-direction", choices=("normal", "camera"), default="normal", help="what R is taken from (normal)")
@@ -59,6 +60,19 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     return made
 
 
+def _add_effort(made: argparse.ArgumentParser) -> None:
+    """How far to go: to an error, given or by name, or a number of rays."""
+    errors = ", ".join(f"{name} 1/{1 / error:.0f}" for name, error in PRESETS.items())
+    one = made.add_mutually_exclusive_group()
+    one.add_argument("--quality", choices=PRESETS, help=f"the error by name: {errors} ({DEFAULT})")
+    one.add_argument("--error", type=_error, metavar="E", help="bake to this RMSE, e.g. 0.004 or 1/255")
+    one.add_argument(
+        "--rays", type=int, metavar="N", help="rays a texel and map, nothing filtered (64 for naive samplers)"
+    )
+    smooth = "smooth noise over the surface (where an error is asked for)"
+    made.add_argument("--filter", action=argparse.BooleanOptionalAction, help=smooth)
+
+
 def settings_of(options: Any) -> Settings:
     """The bake's settings, out of the parsed options. Raises InputError for all that is wrong without a scene."""
     if options.compare_cycles is not None and options.compare_cycles < 1:
@@ -71,7 +85,9 @@ def settings_of(options: Any) -> Settings:
         estimators=tuple(_estimators(options.maps, options.ro_exponent, options.ro_direction, options.sampler)),
         width=width,
         height=height,
-        rays=options.rays,
+        rays=Settings.rays if options.rays is None else options.rays,
+        error=_wanted_error(options),
+        filtered=options.filter,
         distance=options.distance,
         margin=options.margin,
         threads=options.threads,
@@ -80,11 +96,29 @@ def settings_of(options: Any) -> Settings:
     )
 
 
+def _wanted_error(options: Any) -> float | None:
+    """The error to bake to. None for rays: where they are given, and for the naive samplers, which are compared so."""
+    if options.error is not None:
+        return float(options.error)
+    if options.quality is not None:
+        return PRESETS[options.quality]
+    return PRESETS[DEFAULT] if options.rays is None and options.sampler == "importance" else None
+
+
 def _estimators(maps: Sequence[str], exponents: Sequence[float], direction: str, sampler: str) -> list[Estimator]:
     wanted = [AO] if "ao" in maps else []
     if "ro" in maps:
         wanted += [reflection(each, from_camera=direction == "camera") for each in dict.fromkeys(exponents)]
     return [sampled(each, sampler) for each in wanted]
+
+
+def _error(text: str) -> float:
+    """ "0.004" or "1/255"."""
+    above, slash, below = text.partition("/")
+    try:
+        return float(above) / (float(below) if slash else 1.0)
+    except (ValueError, ZeroDivisionError):
+        raise argparse.ArgumentTypeError(f"{text!r} is no error; give one as 0.004 or 1/255") from None
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,16 +31,16 @@ def compare_here(
     context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
 ) -> Steps:
     """In this process; Cycles' part holds the main thread. `finish` gets the report's entry."""
-    ao_alone = Options(options.objects, _ao_alone(options.settings), options.uv)
+    alone = replace(options, settings=ao_alone(options.settings))
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
 
         def deliver(target: Instance, baked: Baked) -> None:
             entry = object_entry(baked, {})
             picture = Path(folder, "compared.png")
-            cycles = compare_with_cycles(context, target, baked, ao_alone.settings, samples, options.uv, picture)
+            cycles = compare_with_cycles(context, target, baked, alone.settings, samples, options.uv, picture)
             finish(context, {**entry, "cycles": cycles})
 
-        yield from bake_steps(context, ao_alone, progress, Outcome(), deliver)
+        yield from bake_steps(context, alone, progress, Outcome(), deliver)
 
 
 def compare_in_child(
@@ -50,22 +51,24 @@ def compare_in_child(
         copy, report = Path(folder, "scene.blend"), Path(folder, "report.json")
         progress.enter(f"{options.objects[0]}: comparing")
         bpy.ops.wm.save_as_mainfile(filepath=str(copy), copy=True, check_existing=False)
-        words = _arguments(options, samples, Path(folder), report)
+        words = child_arguments(options, samples, Path(folder), report)
         extension = __package__.rpartition(".")[0]
         command = [bpy.app.binary_path, "-b", str(copy), "--addons", extension, "-c", "occlusion_bake", *words]
         yield lambda: _wait_for(command, Path(folder, "log"), progress)
         finish(context, json.loads(report.read_text(encoding="utf-8"))["objects"][0])
 
 
-def _ao_alone(settings: Settings) -> Settings:
-    return Settings(
-        (AO,), settings.width, settings.height, settings.rays, settings.distance, 0, settings.threads, settings.seed
-    )
+def ao_alone(settings: Settings) -> Settings:
+    """What is compared of a bake: its AO, without margins."""
+    return replace(settings, estimators=(AO,), margin=0, divide_horizon=False)
 
 
-def _arguments(options: Options, samples: int, folder: Path, report: Path) -> list[str]:
+def child_arguments(options: Options, samples: int, folder: Path, report: Path) -> list[str]:
+    """The command's arguments for `ao_alone` of the first object, and a comparison."""
     chosen = options.settings
-    words = [f"--objects={options.objects[0]}", "--size", f"{chosen.width}x{chosen.height}", "--rays", str(chosen.rays)]
+    words = [f"--objects={options.objects[0]}", "--size", f"{chosen.width}x{chosen.height}"]
+    words += ["--rays", str(chosen.rays)] if chosen.error is None else ["--error", repr(chosen.error)]
+    words += ["--filter" if chosen.goal.filtered else "--no-filter"]
     words += ["--margin", "0", "--threads", str(chosen.threads), "--seed", str(chosen.seed)]
     words += ["--output", str(folder), "--report", str(report), "--compare-cycles", str(samples)]
     words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []

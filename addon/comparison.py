@@ -44,6 +44,11 @@ def compare_with_cycles(
     if not mask.any():
         raise InputError(f"{target.name}: no texel is covered here and in Cycles; compare with a larger image")
     other = int(np.count_nonzero(mask & (owners_by_centre(target.mesh.uv, *size, threads=settings.threads) != owner)))
-    names = (f"Occlusion Bake, {settings.rays} rays", f"Cycles, {samples} samples")
+    names = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
     write_image(path, picture(ours.values, cycles.values, mask, names), depth=8)
     return comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
+
+
+def _how_far(settings: Settings) -> str:
+    """How far a bake goes, for captions: "64 rays" or "error 0.0039"."""
+    return f"{settings.rays} rays" if settings.error is None else f"error {settings.error:.4f}"

@@ -11,7 +11,7 @@ import bpy
 from ..core.bake import Baked
 from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
-from ..core.report import object_entry, times_as_long
+from ..core.report import error_in_words, object_entry, rays_per_texel, times_as_long
 from ..core.scene import Instance
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
@@ -123,10 +123,10 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
             yield from compared(context, one, samples, progress, self._finish)
 
     def _finish(self: Any, context: bpy.types.Context, entry: dict[str, Any]) -> None:
-        cycles, ours = entry["cycles"], entry["seconds"]["total"]
+        cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, "ao")
         show_picture(f"{entry['name']} Comparison", cycles["picture"])
         lines = [
-            f"Occlusion Bake {ours:.2f} s, {entry['rays'] // entry['texels']} rays",
+            f"Occlusion Bake {ours:.2f} s, {rays_per_texel(entry):.1f} rays a texel, error {error}",
             f"Cycles {cycles['seconds']:.2f} s, {cycles['samples']} samples",
             f"A sample takes {times_as_long(entry):.1f} times as long as a ray",
             f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}",
@@ -159,10 +159,10 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
 def result_lines(baked: Baked) -> list[str]:
     """What the panel says of one baked object."""
     entry = object_entry(baked, {})
-    errors = ", ".join(f"{name.replace('_', ' ').upper()} {error:.4f}" for name, error in entry["error"].items())
+    errors = ", ".join(f"{name.replace('_', ' ').upper()} {error_in_words(entry, name)}" for name in baked.maps)
     return [
         f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays",
-        f"Estimated error: {errors}",
+        f"Error: {errors}",
     ]
 
 

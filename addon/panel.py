@@ -13,6 +13,7 @@ from .operators import (
     OCCLUSION_BAKE_OT_compare,
     OCCLUSION_BAKE_OT_unwrap,
 )
+from .settings import by_rays
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
 _FRAME, _LETTER = 56.0, 5.7
@@ -40,7 +41,9 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         size = layout.column(align=True)
         size.prop(chosen, "width", text="Size X")
         size.prop(chosen, "height", text="Y")
-        layout.prop(chosen, "rays")
+        layout.prop(chosen, "quality")
+        if by_rays(chosen):
+            layout.prop(chosen, "rays")
         layout.prop(chosen, "use_material")
         self._draw_button(context)
 
@@ -96,7 +99,7 @@ class OCCLUSION_BAKE_PT_reflection(_Sidebar, bpy.types.Panel):
 
 
 class OCCLUSION_BAKE_PT_options(_Sidebar, bpy.types.Panel):
-    """Distance, UVs, margin, and what is seldom changed."""
+    """Distance, filter, UVs, margin, and what is seldom changed."""
 
     bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Options"
@@ -111,6 +114,9 @@ class OCCLUSION_BAKE_PT_options(_Sidebar, bpy.types.Panel):
         value = row.row()
         value.active = chosen.use_distance
         value.prop(chosen, "distance", text="")
+        smooth = layout.row()
+        smooth.active = not by_rays(chosen)
+        smooth.prop(chosen, "use_filter")
         layout.prop(chosen, "uv")
         layout.operator(OCCLUSION_BAKE_OT_unwrap.bl_idname, icon="UV")
         layout.prop(chosen, "margin")

@@ -10,7 +10,15 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, Po
 from ..core.bake import Settings
 from ..core.errors import InputError
 from ..core.estimators import AO, reflection
+from .quality import DEFAULT, PRESETS
 
+_RAYS = "RAYS"  # beside the presets
+_QUALITIES = [
+    ("DRAFT", "Draft", "Error 1/50, five steps of an 8-bit image: for a first look"),
+    ("GOOD", "Good", "Error 1/255, one step of an 8-bit image: too little to see"),
+    ("FINAL", "Final", "Error 1/510, half a step of an 8-bit image: what such an image rounds away"),
+    (_RAYS, "Rays", "The same number of rays for every texel, nothing filtered, and whatever error comes of it"),
+]
 _DIRECTIONS = [
     ("NORMAL", "Normal", "The lobe stands on the surface: one texture for every view, as engines use it"),
     ("CAMERA", "Camera", "The lobe points where the scene's camera is mirrored: right for that view alone"),
@@ -43,10 +51,21 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     )
     width: IntProperty(name="Width", description="Texels across", default=1024, min=1, max=65536, subtype="PIXEL")
     height: IntProperty(name="Height", description="Texels down", default=1024, min=1, max=65536, subtype="PIXEL")
+    quality: EnumProperty(
+        name="Quality",
+        description="How large the error may be (RMSE); each texel gets as many rays as that takes",
+        items=_QUALITIES,
+        default=DEFAULT.upper(),
+    )
     rays: IntProperty(
         name="Rays", description="Rays a texel and map; four times as many give about a third of the error", default=64,
         min=1, soft_max=4096, max=1 << 20,
     )  # fmt: skip
+    use_filter: BoolProperty(
+        name="Filter",
+        description="Smooth noise over the surface and leave shadows sharp; off: more rays instead, which take longer",
+        default=True,
+    )
     use_distance: BoolProperty(name="Limit Distance", description="Occluders farther away than this do not count")
     distance: FloatProperty(
         name="Distance", description="How far an occluder may be", default=1.0, min=1e-6, subtype="DISTANCE"
@@ -87,6 +106,11 @@ def add_lines(context: bpy.types.Context, lines: list[str]) -> None:
     show_lines(context, [*filter(None, shown.split("\n")), *lines])
 
 
+def by_rays(chosen: OcclusionBakeSettings) -> bool:
+    """Whether the artist gives a number of rays, the plain estimate, in place of a quality."""
+    return bool(chosen.quality == _RAYS)
+
+
 def core_settings(scene: Any) -> Settings:
     """The scene's settings as the core takes them. Raises InputError."""
     chosen = scene.occlusion_bake
@@ -99,6 +123,8 @@ def core_settings(scene: Any) -> Settings:
         width=chosen.width,
         height=chosen.height,
         rays=chosen.rays,
+        error=None if by_rays(chosen) else PRESETS[chosen.quality.lower()],
+        filtered=chosen.use_filter and not by_rays(chosen),
         distance=chosen.distance if chosen.use_distance else None,
         margin=chosen.margin,
         threads=chosen.threads,

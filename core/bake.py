@@ -53,13 +53,13 @@ class Settings:
     width: int = 1024
     height: int = 1024
     rays: int = 64
-    error: float | None = None
-    filtered: bool | None = None
     distance: float | None = None
     margin: int = 16
     threads: int = 0
     seed: int = 0
     divide_horizon: bool = False
+    error: float | None = None
+    filtered: bool | None = None
 
     def __post_init__(self) -> None:
         if not self.estimators:

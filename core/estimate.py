@@ -36,7 +36,7 @@ class Estimate:
     unit: int
 
     @classmethod
-    def empty(cls, shape: tuple[int, int], unit: int) -> Estimate:
+    def empty(cls, shape: tuple[int, ...], unit: int) -> Estimate:
         """Before the first round. unit: the rays of a texel in it."""
         value, precision, noise = (np.zeros(shape, dtype=np.float32) for _ in range(3))
         return cls(value, precision, noise, unit)

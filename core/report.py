@@ -45,7 +45,7 @@ def error_in_words(entry: Json, name: str) -> str:
 
 
 def rays_per_texel(entry: Json) -> float:
-    """Rays a texel of an entry: those of all its maps, with what measuring their error took."""
+    """Rays a texel of an entry: those of all its maps, but for those that measured their error."""
     return float(entry["rays"] / max(entry["texels"], 1))
 
 

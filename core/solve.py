@@ -24,6 +24,7 @@ _FILTERED, _PLAIN = (0.006, 1.5), (0.048, 4.0 / 3.0)
 GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
 MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
+MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
 _AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
 _EVEN = 0.25  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 _PROBES_TO_TELL = 64  # so many probes among the texels of one number of rays tell their error from that of others
@@ -144,9 +145,11 @@ class _Rounds:
         """A further round, where it lowers the error most. Returns whether there was anything left to do."""
         assert self._goal.error is not None
         self._round += 1
+        if self._round > MOST_ROUNDS or self.rays > MOST_MEAN_RAYS * self._texels.sum():
+            return False
         wanted = max(self._goal.error**2 - error.doubt, 0.5 * self._goal.error**2)
         extra = self._choose(self._squares(probed), _AIM**2 * wanted)
-        if self._round > MOST_ROUNDS or not extra.any():
+        if not extra.any():
             return False
         for rays in np.unique(extra[extra > 0]):
             where = _unblocked(extra == rays, self._owner.shape) & self._covered

@@ -42,7 +42,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     write_report(chosen.output / "report.json", {"scenes": reports})
     print(f"\n{COLUMNS}", *rows, sep="\n")
     print(
-        f"\n±: estimated RMSE at {chosen.rays} rays a texel. bias: mean of our AO minus Cycles'.\n"
+        f"\n±: measured RMSE at {chosen.rays} rays a texel. bias: mean of our AO minus Cycles'.\n"
         f"Cycles: its seconds for {chosen.samples} samples. ratio: those over our own seconds, button to texture, for "
         f"the same AO at {chosen.samples} rays.\n"
         f"Textures and pictures are in {chosen.output}; {time.perf_counter() - start:.0f} s in all."

@@ -18,7 +18,7 @@ from pathlib import Path
 TOOLS = Path(__file__).resolve().parent
 INSIDE = str(TOOLS / "in_blender.py")
 PNG = b"\x89PNG\r\n\x1a\n"
-BAKE = ("--size", "128", "--rays", "16")
+BAKE = ("--size", "128")
 TIMEOUT = 900
 
 

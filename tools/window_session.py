@@ -47,7 +47,7 @@ def make_scene() -> Any:
     bpy.ops.mesh.primitive_plane_add(size=12.0)
     chosen = bpy.context.scene.occlusion_bake
     chosen.width = chosen.height = 1024
-    chosen.rays = 256
+    chosen.quality, chosen.rays = "RAYS", 256  # a bake long enough to be looked at and cancelled
     chosen.use_material = True
     return bpy.context.object
 

@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-SMALL = ("--size", "64", "--rays", "4", "--margin", "2")
+SMALL = ("--size", "64", "--margin", "2")
+FEW_RAYS = ("--rays", "4")
 
 
 class Make:
@@ -124,10 +125,13 @@ Bake = Callable[..., Run]
 
 @pytest.fixture
 def bake(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Bake:
-    """Run the command in this process on the open scene (saved first) or on a file; later words override earlier."""
+    """Run the command in this process on the open scene (saved first) or on a file; later words override earlier.
+
+    effort: how far the bake goes; () for the command's own default.
+    """
     pytest.importorskip("bpy")
 
-    def run(*words: str, file: Path | str | None = None, report: bool = True) -> Run:
+    def run(*words: str, file: Path | str | None = None, report: bool = True, effort: Sequence[str] = FEW_RAYS) -> Run:
         import bpy
         from occlusion_bake.addon.command import main
 
@@ -137,7 +141,7 @@ def bake(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Bake:
         folder = tmp_path / "out"
         reporting = ("--report", str(folder / "report.json")) if report else ()
         capfd.readouterr()
-        status = main([str(file), *SMALL, "--output", str(folder), *reporting, *words])
+        status = main([str(file), *SMALL, *effort, "--output", str(folder), *reporting, *words])
         return Run(status, *capfd.readouterr(), folder)
 
     return run

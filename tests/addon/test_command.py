@@ -47,11 +47,13 @@ def test_the_report_has_what_is_promised(bake: Any, make: Any) -> None:
     assert {"version", "embree", "threads", "seconds", "objects"} <= report.keys()
     assert report["version"] == version() and report["threads"] == 2 and report["embree"]
     (floor,) = report["objects"]
-    promised = {"name", "size", "texels", "rays", "seconds", "error", "mean", "files"}
+    assert (report["rays_per_texel"], report["error_wanted"], report["filtered"]) == (4, None, False)
+    promised = {"name", "size", "texels", "rays", "seconds", "error", "p99", "mean", "files"}
     assert promised <= floor.keys() and "cycles" not in floor
     assert (floor["name"], floor["size"], floor["texels"], floor["rays"]) == ("Floor", [64, 64], 64**2, 64**2 * 4 * 2)
-    assert floor["error"].keys() == floor["mean"].keys() == {"ao", "ro_10"}
-    assert all(0.0 < floor["mean"][name] < 1.0 and 0.0 < floor["error"][name] < 0.5 for name in ("ao", "ro_10"))
+    assert floor["error"].keys() == floor["p99"].keys() == floor["mean"].keys() == {"ao", "ro_10"}
+    for name in ("ao", "ro_10"):
+        assert 0.0 < floor["mean"][name] < 1.0 and 0.0 < floor["error"][name] < floor["p99"][name] < 0.5
     assert floor["files"].keys() == {"ao", "ro_10", "coverage"}
     assert all(Path(path).is_absolute() and Path(path).is_file() for path in floor["files"].values())
 
@@ -117,6 +119,86 @@ def test_the_image_says_what_was_baked(bake: Any, make: Any) -> None:
     assert said["rays_per_texel"] == 4 and version() in str(said["software"])
     assert said["map"] != read_image(files["ao"])[1]["map"]
     assert said["estimated_rmse"] == pytest.approx(run.report["objects"][0]["error"]["ro_2.5"])
+    assert said["estimated_p99"] == pytest.approx(run.report["objects"][0]["p99"]["ro_2.5"])
+    assert (said["error_wanted"], said["filtered"]) == ("none", "no")
+
+
+# How far it goes
+
+
+@pytest.mark.parametrize(
+    ("words", "error", "filtered"),
+    [
+        ((), 1 / 255, True),
+        (("--quality", "draft"), 1 / 50, True),
+        (("--quality", "final"), 1 / 510, True),
+        (("--error", "1/100"), 1 / 100, True),
+        (("--error", "0.02", "--no-filter"), 0.02, False),
+    ],
+    ids=lambda each: " ".join(each) if isinstance(each, tuple) else None,
+)
+def test_a_bake_gets_to_the_error_asked_for(
+    bake: Any, make: Any, words: tuple[str, ...], error: float, filtered: bool
+) -> None:
+    floor_and_wall(make)
+    run = bake("--objects", "Floor", *words, effort=())
+    assert (run.status, run.err) == (0, "")
+    report, (floor,) = run.report, run.report["objects"]
+    assert (report["error_wanted"], report["filtered"]) == (pytest.approx(error), filtered)
+    assert report["rays_per_texel"] is None
+    assert 0.0 < floor["error"]["ao"] <= error and not floor["warnings"]
+    said = read_image(floor["files"]["ao"])[1]
+    assert said["error_wanted"] == pytest.approx(error) and said["filtered"] == ("yes" if filtered else "no")
+    assert said["estimated_rmse"] == pytest.approx(floor["error"]["ao"])
+    assert said["rays_per_texel"] == pytest.approx(floor["rays"] / floor["texels"], abs=0.06)
+
+
+def test_rays_are_plain_unless_the_filter_is_asked_for(bake: Any, make: Any) -> None:
+    floor_and_wall(make)
+    plain, smooth = (bake("--objects", "Floor", *words).report for words in ((), ("--filter",)))
+    assert (plain["filtered"], smooth["filtered"]) == (False, True)
+    assert smooth["objects"][0]["error"]["ao"] < plain["objects"][0]["error"]["ao"] / 2
+
+
+def test_a_naive_sampler_gets_plain_rays_unless_told_otherwise(bake: Any, make: Any) -> None:
+    floor_and_wall(make)
+    naive = ("--objects", "Floor", "--sampler", "uniform_sphere")
+    for words, rays, error in (((), 64, None), (("--error", "1/20"), None, 1 / 20)):
+        report = bake(*naive, *words, effort=()).report
+        assert (report["rays_per_texel"], report["error_wanted"]) == (rays, error)
+        assert report["filtered"] == (error is not None)
+
+
+def test_the_errors_are_said(bake: Any, make: Any) -> None:
+    floor_and_wall(make)
+    run = bake("--objects", "Floor", "--maps", "ao", "ro", effort=("--quality", "draft"))
+    (line,) = (each for each in run.out.splitlines() if each.startswith("Floor: 64x64"))
+    (floor,) = run.report["objects"]
+    for name in ("ao", "ro_10"):
+        assert f"{name} ±{floor['error'][name]:.4f} (99 % within {floor['p99'][name]:.4f})" in line
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (("--error", "0"), "error 0"),
+        (("--error", "-1"), "error -1"),
+        (("--error", "nan"), "error nan"),
+        (("--error", "2"), "error 2"),
+        (("--error", "1/0"), "1/0"),
+        (("--error", "1/2/3"), "1/2/3"),
+        (("--error", "little"), "'little' is no error; give one as 0.004 or 1/255"),
+        (("--quality", "best"), "best"),
+        (("--error", "0.01", "--quality", "good"), "--quality: not allowed with argument --error"),
+    ],
+    ids=" ".join,
+)
+def test_errors_that_are_refused(bake: Any, make: Any, words: tuple[str, ...], named: str) -> None:
+    make.plane("Floor")
+    bake(*words, effort=()).refused(named)
+
+
+# Files
 
 
 @pytest.mark.parametrize(
@@ -416,6 +498,8 @@ def test_no_uvs_and_no_xatlas(make: Any, start: Any, tmp_path: Path) -> None:
         (("--rays", "0"), "rays 0"),
         (("--rays", "1.5"), "1.5"),
         (("--rays", "9999999"), "rays"),
+        (("--error", "0.01"), "--error: not allowed with argument --rays"),
+        (("--quality", "good"), "--quality: not allowed with argument --rays"),
         (("--distance", "-1"), "distance -1"),
         (("--distance", "0"), "distance 0"),
         (("--distance", "nan"), "distance nan"),

@@ -22,7 +22,7 @@ def baked(
     """Every texel another value; size: width, height."""
     values = (np.arange(size[0] * size[1], dtype=np.float32).reshape(size[::-1]) + np.float32(shift)) / 64
     covered = np.ones_like(values, dtype=np.bool_)
-    each = BakedMap(values, covered, covered.astype(np.float32), 0.0, 0.5)
+    each = BakedMap(values, covered, covered.astype(np.float32), error=0.0, p99=0.0, mean=0.5, rays=values.size)
     return Baked(name, *size, values.size, values.size, dict.fromkeys(maps, each))
 
 

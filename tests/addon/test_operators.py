@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import MagicMock
 
 import numpy as np
 import occlusion_bake
@@ -11,7 +15,10 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.job import CHART_MAP  # noqa: E402
+from occlusion_bake.addon.arguments import parser, settings_of  # noqa: E402
+from occlusion_bake.addon.beside import ao_alone, child_arguments  # noqa: E402
+from occlusion_bake.addon.job import CHART_MAP, Options  # noqa: E402
+from occlusion_bake.addon.panel import OCCLUSION_BAKE_PT_bake  # noqa: E402
 from occlusion_bake.addon.settings import core_settings  # noqa: E402
 from occlusion_bake.core.images import read_image  # noqa: E402
 
@@ -27,7 +34,7 @@ def registered() -> Iterator[None]:
 def scene(empty_scene: None) -> Any:
     chosen = bpy.context.scene.occlusion_bake
     chosen.width = chosen.height = 64
-    chosen.rays, chosen.margin, chosen.threads = 4, 2, 2
+    chosen.quality, chosen.rays, chosen.margin, chosen.threads = "RAYS", 4, 2, 2
     return chosen
 
 
@@ -245,7 +252,59 @@ def test_compare_leaves_a_picture_and_lines(make: Any, scene: Any) -> None:
         picture = ours()["Floor Comparison"]
         assert picture.packed_file is not None and picture.size[0] > picture.size[1] > 0
     said = "\n".join(lines())
-    assert all(word in said for word in ("Cycles", "RMSE", "bias", "p99"))
+    assert all(word in said for word in ("Cycles", "RMSE", "bias", "p99", "±", "99 % within"))
+
+
+@pytest.mark.parametrize(("quality", "use_filter"), [("RAYS", True), ("FINAL", True), ("DRAFT", False)])
+def test_the_comparisons_own_blender_bakes_the_same(scene: Any, quality: str, use_filter: bool) -> None:
+    scene.quality, scene.use_filter, scene.seed, scene.use_ro = quality, use_filter, 3, True
+    scene.use_distance, scene.distance = True, 0.3
+    options = Options(("Floor",), core_settings(bpy.context.scene))
+    words = child_arguments(options, 4, Path("folder"), Path("report.json"))
+    child, here = settings_of(parser("", with_file=False).parse_args(words)), ao_alone(options.settings)
+    if here.error is not None:
+        here = replace(here, rays=child.rays)  # which do not count then
+    assert child == here
+
+
+# How far a bake goes
+
+
+@pytest.mark.parametrize(("quality", "error"), [("DRAFT", 1 / 50), ("GOOD", 1 / 255), ("FINAL", 1 / 510)])
+def test_a_quality_is_an_error(scene: Any, quality: str, error: float) -> None:
+    scene.quality = quality
+    for on in (True, False):
+        scene.use_filter = on
+        goal = core_settings(bpy.context.scene).goal
+        assert goal.error == pytest.approx(error) and goal.filtered == on
+
+
+def test_a_new_scene_begins_with_the_commands_default() -> None:
+    chosen = core_settings(bpy.data.scenes.new("Another"))
+    assert chosen.goal == settings_of(parser("", with_file=False).parse_args([])).goal
+
+
+def test_rays_are_the_plain_estimate(scene: Any) -> None:
+    scene.quality, scene.rays, scene.use_filter = "RAYS", 32, True
+    goal = core_settings(bpy.context.scene).goal
+    assert (goal.rays, goal.error, goal.filtered) == (32, None, False)
+
+
+@pytest.mark.parametrize("quality", ["DRAFT", "GOOD", "FINAL", "RAYS"])
+def test_the_number_of_rays_is_shown_where_it_counts(scene: Any, quality: str) -> None:
+    scene.quality = quality
+    panel = SimpleNamespace(layout=MagicMock(), _draw_button=lambda _: None)
+    OCCLUSION_BAKE_PT_bake.draw(panel, bpy.context)
+    shown = [call.args[1] for call in panel.layout.prop.call_args_list]
+    assert "quality" in shown and ("rays" in shown) == (quality == "RAYS")
+
+
+def test_the_errors_are_said(make: Any) -> None:
+    select(make.plane("Floor"))
+    make.wall()
+    assert press() == {"FINISHED"}
+    (line,) = (each for each in lines() if each.startswith("Error: "))
+    assert line.startswith("Error: AO ±0.") and "99 % within" in line
 
 
 # What is refused
@@ -307,16 +366,22 @@ def test_no_mesh_no_button(button: str) -> None:
 # The same as the command's
 
 
-@pytest.mark.parametrize("map_name", ["ao", "ro_10"])
-def test_the_image_is_the_commands_file_bit_for_bit(make: Any, scene: Any, bake: Any, map_name: str) -> None:
+@pytest.mark.parametrize(
+    ("quality", "effort"), [("RAYS", ("--rays", "4")), ("GOOD", ()), ("DRAFT", ("--quality", "draft"))]
+)
+def test_the_images_are_the_commands_files_bit_for_bit(
+    make: Any, scene: Any, bake: Any, quality: str, effort: tuple[str, ...]
+) -> None:
     select(make.plane("Floor"))
     make.wall()
     scene.use_ro, scene.seed, scene.width, scene.height = True, 5, 64, 32
+    scene.quality = quality
     assert press() == {"FINISHED"}
-    title = {"ao": "Floor AO", "ro_10": "Floor RO 10"}[map_name]
-    image = pixels(ours()[title])[..., 0]
-    assert image[:16, 32:].mean() < image[16:, :32].mean() - 0.02  # the wall is on the right, in the upper half
+    maps = (("ao", "Floor AO"), ("ro_10", "Floor RO 10"))
+    images = {name: pixels(ours()[title])[..., 0] for name, title in maps}
     words = ("--maps", "ao", "ro", "--seed", "5", "--size", "64x32", "--format", "exr", "--depth", "32")
-    result = bake("--objects", "Floor", *words)
+    result = bake("--objects", "Floor", *words, effort=effort)
     assert result.status == 0, result.err
-    np.testing.assert_array_equal(read_image(result.folder / f"Floor_{map_name}.exr")[0][..., 0], image)
+    for name, image in images.items():
+        assert image[:16, 32:].mean() < image[16:, :32].mean() - 0.02  # the wall is on the right, in the upper half
+        np.testing.assert_array_equal(read_image(result.folder / f"Floor_{name}.exr")[0][..., 0], image)

@@ -31,6 +31,8 @@ float distance2(const float *a, const float *b) {
 
 float dot3(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+bool finite(const float *v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+
 // Sixteen texels' points before they are parted into clusters.
 struct Points {
   bool active[kLanes];
@@ -49,7 +51,7 @@ float spacing_of(const Group &group, const ob_surface &surface, int64_t owner, i
   const Lanes3 &a = group.edge1;
   const Lanes3 &b = group.edge2;
   const Lanes3 cross{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  const double area = static_cast<double>(length(cross, lane));
+  const auto area = static_cast<double>(length(cross, lane));
   const double texels = std::fabs(TexelTriangle(surface.uv + 6 * owner, surface.width, surface.height).doubled_area());
   return static_cast<float>(std::sqrt(area / texels));
 }
@@ -77,7 +79,8 @@ bool read_points(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int 
     points.normal[lane][1] = n.y[lane];
     points.normal[lane][2] = n.z[lane];
     points.spacing[lane] = spacing_of(group, surface, surface.owner[texel], lane);
-    points.active[lane] = points.spacing[lane] > 0.0F && std::isfinite(points.spacing[lane]);
+    points.active[lane] = points.spacing[lane] > 0.0F && std::isfinite(points.spacing[lane]) &&
+                          finite(points.position[lane]) && finite(points.normal[lane]);
   }
   return true;
 }
@@ -237,7 +240,10 @@ private:
     return static_cast<int>(std::ceil(std::log2(kCell * static_cast<double>(spacing))));
   }
 
-  static int64_t place(double coordinate, double cell) { return static_cast<int64_t>(std::floor(coordinate / cell)); }
+  static int64_t place(double coordinate, double cell) {
+    constexpr double kFar = 1e18; // int64_t holds it
+    return static_cast<int64_t>(std::clamp(std::floor(coordinate / cell), -kFar, kFar));
+  }
 
   static uint64_t key(int level, int64_t x, int64_t y, int64_t z) {
     const auto wide = [](int64_t value) { return static_cast<uint64_t>(value); };
@@ -284,7 +290,7 @@ private:
 
   void look_at_level(int level, float largest, const Bounds &own, std::vector<std::pair<float, int32_t>> &found) const {
     const double cell = std::ldexp(1.0, level);
-    const double reach = static_cast<double>(own.radius + kFilterReach * own.spacing + largest);
+    const auto reach = static_cast<double>(own.radius + kFilterReach * own.spacing + largest);
     int64_t low[3];
     int64_t high[3];
     for (int axis = 0; axis < 3; ++axis) {

@@ -177,7 +177,8 @@ static void test_feet_lie_on_the_covered_part() {
   int partly = 0;
   for (int i = 0; i < ob::kGroups * kLanes; ++i) {
     Group group{};
-    CHECK_EQUAL(ob::gather(surface, 0, 0, i / kLanes, {6, 3, 17}, ob::kBaselinePackets, group), kLanes);
+    const ob::Places places{surface, nullptr, 0, 1};
+    CHECK_EQUAL(ob::gather(places, 0, i / kLanes, {6, 3, 17}, ob::kBaselinePackets, group), kLanes);
     const int lane = i % kLanes;
     const ob::Texel texel = ob::texel_of(0, 0, i / kLanes, lane);
     const double covered = ob::area(ob::clip_to_texel(where, texel.x, texel.y));

@@ -69,11 +69,13 @@ struct Free {
   void operator()(ob_device *device) const { ob_device_close(device); }
   void operator()(ob_mesh *mesh) const { ob_mesh_free(mesh); }
   void operator()(ob_scene *scene) const { ob_scene_free(scene); }
+  void operator()(ob_field *field) const { ob_field_free(field); }
 };
 
 using Device = std::unique_ptr<ob_device, Free>;
 using BuiltMesh = std::unique_ptr<ob_mesh, Free>;
 using Scene = std::unique_ptr<ob_scene, Free>;
+using Field = std::unique_ptr<ob_field, Free>;
 
 // Says what went wrong where a call that must succeed does not.
 inline void must(int32_t status) {

@@ -141,6 +141,46 @@ static void test_halves_may_be_left_out(const Device &device) {
   CHECK(a == expected.all[0] && b == expected.all[1]);
 }
 
+static std::vector<float> trace_listed(const Scene &scene, const Target &target, const std::vector<int64_t> &texels,
+                                       const ob_trace_settings &settings) {
+  std::vector<float> row(texels.size(), 77.0F);
+  float *sums[] = {row.data()};
+  const ob_surface surface = target.surface();
+  must(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, texels.data(),
+                       static_cast<int64_t>(texels.size()), sums, nullptr));
+  return row;
+}
+
+// A texel that is listed often gets other rays each time, and they agree with those of the whole bake.
+static void test_listed_texels(const Device &device) {
+  const Target floor = floor_of(2.0F, 13);
+  const Scene scene = scene_of(device, some_scene(floor));
+  const Sums whole = trace(scene, floor, settings_of(4096), {kAmbient});
+  const size_t texel = 5 * 13 + 6;
+  const std::vector<float> rows = trace_listed(scene, floor, std::vector<int64_t>(512, texel), settings_of(16));
+  double sum = 0.0;
+  for (const float each : rows) {
+    CHECK(each >= 0.0F && each <= 16.0F && each == std::floor(each));
+    sum += static_cast<double>(each) / 16.0;
+  }
+  CHECK(*std::min_element(rows.begin(), rows.end()) < *std::max_element(rows.begin(), rows.end()));
+  CHECK_NEAR(sum / 512.0, static_cast<double>(whole.all[0][texel]) / 4096.0, 0.012);
+  CHECK(trace_listed(scene, floor, {}, settings_of(16)).empty());
+}
+
+static void test_listed_texels_are_checked(const Device &device) {
+  const Target floor = floor_of(2.0F, 13);
+  const Scene scene = scene_of(device, some_scene(floor));
+  const ob_surface surface = floor.surface();
+  const ob_trace_settings settings = settings_of(4);
+  float row[1] = {};
+  float *sums[] = {row};
+  for (const int64_t texel : {int64_t{-1}, int64_t{13} * 13, INT64_MAX}) {
+    CHECK_EQUAL(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, &texel, 1, sums, nullptr), OB_INVALID);
+  }
+  CHECK_EQUAL(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, nullptr, 1, sums, nullptr), OB_INVALID);
+}
+
 // Under a wide ceiling at height h, rays of length d stop short of it where cos < h / d: a share of (h / d)^2.
 static void test_distance(const Device &device) {
   const Target floor = floor_of(1.0F, 16);
@@ -413,6 +453,8 @@ int main(int argc, char **argv) {
   test_maps_do_not_matter_to_each_other(device);
   test_halves_are_those_of_so_many_rays(device);
   test_halves_may_be_left_out(device);
+  test_listed_texels(device);
+  test_listed_texels_are_checked(device);
   test_distance(device);
   test_wall(device);
   test_viewers(device);

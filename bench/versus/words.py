@@ -1,0 +1,62 @@
+"""The text of bench/RESULTS.md that does not depend on what was measured."""
+
+from .cycles import SAMPLES, THRESHOLD
+from .naive import LIFT, MOST_TRIANGLES
+
+ABOUT = (
+    "Seconds and RMSE of AO bakes, ours and others', of the same texels of the same scenes. Written by `make bench`; a "
+    "scene alone: `.venv/bin/python -m occlusion_bake.bench.versus SCENE`. All points are in "
+    "[results/](results). RMSE is of visibility: 1 open, 0 closed."
+)
+
+HOW = f"""How it was measured:
+
+- **Ours to an error**: `Settings(error=E)`, which filters; E from 1/50 to 1/510. **Ours plain**: 1 to 1024 rays, no
+  filter. Both from the button to the texture: reading the scene out of Blender, texels, tree, rays, error estimate, a
+  PNG of 16 bits. In a process that has baked before, so that loading libraries is out.
+- **Cycles**: 1 to 1024 samples, adaptive sampling off, no distance limit, no margin, shadow terminator offset 0, its
+  operator alone. **Cycles at its defaults**: the same, but adaptive sampling on, with {SAMPLES} samples at most, noise
+  threshold {THRESHOLD:g} and 0 as the fewest samples, as Blender's factory file has it.
+- **embreex**, **Open3D**: their occlusion query, and numpy around it. Independent cosine rays, 1 to 256 a texel, from
+  the texel's middle, {LIFT:g} of the object's diagonal along the normal. Timed from the scene in Blender to the PNG as
+  ours, with our texels and our PNG; embreex on as many Python threads as there are processors.
+- With Blender 5.2 (`make bench VENV=.venv-3.13`) Cycles spreads its samples over the whole texel, as we do; in 4.5 over
+  its middle alone, ±0.25, which is a difference that no samples remove where occlusion changes within a texel.
+- All threads for each. Bakers take turns within a round; what takes over a minute is measured in the first round alone.
+  Seconds are medians of the rounds, RMSE is of all rounds together, each of a seed of its own.
+- **Reference**: ours plain with thousands of rays a texel (each scene says how many), half of them by one seed and half
+  by another, which the bakers do not use. Half the RMS difference of the halves is the noise of their mean; it is taken
+  out of every RMSE: √(RMSE² − noise²), at least a quarter of the noise.
+- Ours, embreex and Open3D are compared over all covered texels; Cycles over those that it covers, too, and gives to the
+  same triangle."""
+
+RULES = """Each figure is the peer's seconds over ours at the RMSE at its column's head: 10 means that the peer takes
+ten times as long. Of a baker's points those count that no faster one betters; between two, the logarithm of the seconds
+is linear in that of the RMSE.
+
+- ≥: ours at its coarsest is finer than asked, and its coarsest point's seconds are taken. ≤: so is the peer.
+- ~: carried on beyond a baker's finest point along its last two, always against us: a peer no steeper than seconds ∝
+  RMSE⁻², ours no flatter, and ours at most to half its finest RMSE. Or both are finer than asked at their coarsest.
+- –: ours did not get there."""
+
+NOT_EQUAL = f"""## What was not equal
+
+For us:
+- Our reference is our own, and shares whatever bias ours has; the table above says how far it is from Cycles. Cycles is
+  compared only where both give a texel to the same triangle, since elsewhere it bakes another surface.
+- embreex and Open3D trace from the middle of the texel where we, as Cycles, spread rays over the texel; where occlusion
+  changes within a texel they cannot get below that difference, however many rays they take. Their rays begin off the
+  surface, and independent random rays converge slower than a point set: a script could have one, and a filter, too.
+- Their rays are drawn by numpy, on the clock; a native loop would draw them faster.
+- They know no instances here: scenes are copied flat; over {MOST_TRIANGLES // 1_000_000} million triangles they are
+  left out.
+- Cycles exports the scene and builds its tree for each bake, as we do, but evaluates a shader for each sample; for AO
+  it has no other way.
+
+Against us:
+- Cycles' seconds are its operator alone: reading the image, and writing a PNG, are not in them.
+- Each of our bakes traces more rays to measure its error, and that time is in; nobody else tells an error.
+- embreex and Open3D use our extraction, texels and PNG writer.
+
+Cycles' denoiser does not apply to AO bakes; nobody's result was denoised but that of ours to an error, whose filter is
+part of it. UV charts, where a model had none, were made before anything was timed."""

@@ -1,0 +1,104 @@
+// ob_field_build and ob_field_filter where the answer is known.
+#include "scenes.h"
+
+static Field field_of(const Target &target, int32_t threads = 2) {
+  const ob_surface surface = target.surface();
+  ob_field *field = nullptr;
+  must(ob_field_build(&surface, threads, nullptr, &field));
+  return Field(field);
+}
+
+struct Images {
+  std::vector<float> value, noise, precision, filtered, error;
+
+  explicit Images(size_t texels)
+      : value(texels), noise(texels, 0.01F), precision(texels, 1.0F), filtered(texels, 77.0F), error(texels, 77.0F) {}
+
+  ob_signal signal() {
+    return {value.data(), noise.data(), precision.data(), filtered.data(), error.data(), 60.0F, 0, 2};
+  }
+};
+
+static void test_a_constant_stays(const Target &target) {
+  const Field field = field_of(target);
+  Images images(target.owner.size());
+  std::fill(images.value.begin(), images.value.end(), 0.625F);
+  const ob_signal signal = images.signal();
+  must(ob_field_filter(field.get(), &signal, nullptr));
+  for (size_t i = 0; i < target.owner.size(); ++i) {
+    if (target.owner[i] >= 0) {
+      CHECK_NEAR(images.filtered[i], 0.625, 1e-6);
+      CHECK(images.error[i] > 0.0F && images.error[i] < 0.01F);
+    } else {
+      CHECK_EQUAL(images.filtered[i], 77);
+      CHECK_EQUAL(images.error[i], 77);
+    }
+  }
+}
+
+static void test_noise_falls_and_threads_do_not_matter(const Target &target) {
+  Random random(7);
+  Images images(target.owner.size());
+  for (float &value : images.value) {
+    value = static_cast<float>(random.within(0.4, 0.6));
+  }
+  std::fill(images.noise.begin(), images.noise.end(), 0.2F * 0.2F / 12.0F);
+  std::vector<float> first;
+  for (const int32_t threads : {1, 3}) {
+    const Field field = field_of(target, threads);
+    ob_signal signal = images.signal();
+    signal.threads = threads;
+    must(ob_field_filter(field.get(), &signal, nullptr));
+    double square = 0.0;
+    double count = 0.0;
+    for (size_t i = 0; i < target.owner.size(); ++i) {
+      if (target.owner[i] >= 0) {
+        square += std::pow(static_cast<double>(images.filtered[i]) - 0.5, 2);
+        ++count;
+      }
+    }
+    CHECK(std::sqrt(square / count) < 0.025); // of 0.058
+    CHECK(first.empty() || first == images.filtered);
+    first = images.filtered;
+  }
+}
+
+// Places that are no numbers, or far apart, are left alone and do no harm.
+static void test_broken_places(Mesh mesh) {
+  mesh.vertices[0] = NAN;
+  mesh.vertices[13] = 1e38F;
+  const Target target(mesh, 24, 16);
+  const Field field = field_of(target);
+  Images images(target.owner.size());
+  const ob_signal signal = images.signal();
+  must(ob_field_filter(field.get(), &signal, nullptr));
+}
+
+static void test_refusals(const Target &target) {
+  const ob_surface surface = target.surface();
+  ob_field *none = nullptr;
+  CHECK_EQUAL(ob_field_build(nullptr, 1, nullptr, &none), OB_INVALID);
+  CHECK_EQUAL(ob_field_build(&surface, 1, nullptr, nullptr), OB_INVALID);
+  ob_control cancelled{1, 0, 0, 0};
+  CHECK_EQUAL(ob_field_build(&surface, 1, &cancelled, &none), OB_CANCELLED);
+  CHECK(none == nullptr);
+  const Field field = field_of(target);
+  Images images(target.owner.size());
+  ob_signal signal = images.signal();
+  CHECK_EQUAL(ob_field_filter(nullptr, &signal, nullptr), OB_INVALID);
+  CHECK_EQUAL(ob_field_filter(field.get(), nullptr, nullptr), OB_INVALID);
+  CHECK_EQUAL(ob_field_filter(field.get(), &signal, &cancelled), OB_CANCELLED);
+  signal.sharpness = -1.0F;
+  CHECK_EQUAL(ob_field_filter(field.get(), &signal, nullptr), OB_INVALID);
+  signal = images.signal();
+  signal.noise = nullptr;
+  CHECK_EQUAL(ob_field_filter(field.get(), &signal, nullptr), OB_INVALID);
+}
+
+int main() {
+  const Target around(turned(box(1, 1, 1)), 48, 32);
+  test_a_constant_stays(around);
+  test_noise_falls_and_threads_do_not_matter(around);
+  test_broken_places(box(1, 1, 1));
+  test_refusals(around);
+}
