@@ -19,6 +19,7 @@ from .scene import Doubles, Floats
 MOST = 4096  # probes, where there are as many texels
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
 FEWEST_RAYS, MOST_RAYS = 4, 512  # of a lane
+_MOST_DOUBT = 0.2  # of a wanted square
 
 Trace = Callable[[NDArray[np.int64], int, int], Floats]  # texels, rays each, number of the draw → sums
 
@@ -32,21 +33,26 @@ class Error:
     p99: float
     doubt: float = 0.0
 
-    @property
-    def at_most(self) -> float:
-        """The RMSE with one standard error added to its square."""
-        return math.sqrt(self.rmse**2 + self.doubt)
+    def within(self, wanted: float) -> bool:
+        """Whether the RMSE is the wanted one or less, its doubt allowed for."""
+        return self.rmse**2 + self.allowance(wanted) <= wanted**2
+
+    def allowance(self, wanted: float) -> float:
+        """What the square must stay below that of the wanted error, or a lucky measurement would end a bake. Never so
+        much that a bake goes on for the sake of the doubt alone."""
+        return min(self.doubt, _MOST_DOUBT * wanted**2)
 
 
 @dataclass(frozen=True, eq=False)
 class Probes:
     """texels: (N,) int64, y · W + x. weight: (N,) float64, 1 on average over the texels. first, second: (N,) float64,
-    the two estimates."""
+    the two estimates, rays: of each lane."""
 
     texels: NDArray[np.int64]
     weight: Doubles
     first: Doubles
     second: Doubles
+    rays: int
 
     def error(self, values: Floats) -> Error:
         """The error of a finished map, (H, W) float32."""
@@ -94,13 +100,19 @@ def rays_for(error: float) -> int:
     return 1 << round(math.log2(min(max(rays, FEWEST_RAYS), MOST_RAYS)))
 
 
+def rays_within(budget: float, count: int) -> int:
+    """Rays of a lane, so that `count` probes take at most so many rays in all."""
+    rays = budget / (2 * LANES * max(count, 1))
+    return 1 << int(math.log2(min(max(rays, 1.0), MOST_RAYS)))
+
+
 def draw(texels: NDArray[np.int64], weight: Doubles, rays: int, trace: Trace) -> Probes:
     """Trace the probes, `rays` a lane. Those that turn out to face away from the camera are dropped."""
     listed = np.repeat(texels, LANES)
     sums = [trace(listed, rays, number).reshape(-1, LANES).astype(np.float64) for number in range(2)]
     seen = np.all([each.min(axis=1, initial=0.0) >= 0.0 for each in sums], axis=0)
     first, second = (each[seen].sum(axis=1) / (LANES * rays) for each in sums)
-    return Probes(texels[seen], weight[seen], first, second)
+    return Probes(texels[seen], weight[seen], first, second, rays)
 
 
 def _quantile(values: Doubles, weight: Doubles, share: float) -> float:

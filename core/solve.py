@@ -18,7 +18,7 @@ from .scene import Doubles, Floats, Ints
 
 BLOCK = 4  # texels along a side of the blocks that get rays together: a packet's sixteen
 # Rays of the first round: about what brings a smooth scene to the error asked for, as measured on the samples. With the
-# filter 16 rays give about 0.006; without it 0.048, and half are begun with, since few texels need as many.
+# filter 16 rays give about 0.006; without it 0.048, and a quarter is begun with: few texels need them all.
 FEWEST_RAYS, MOST_FIRST_RAYS = 4, 256
 _FILTERED, _PLAIN = (0.006, 1.5), (0.048, 4.0 / 3.0)
 GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
@@ -27,7 +27,7 @@ MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
 _AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
 _EVEN = 0.25  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
-_PROBES_TO_TELL = 64  # so many probes among the texels of one number of rays tell their error from that of others
+_PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
 
 # Traces each owned texel's rays: owner (H, W), rays, number of the round → sums over all and over the first half,
 # (H, W) float32; -1 where a texel faces away.
@@ -72,8 +72,9 @@ def first_rays(goal: Goal) -> int:
     if goal.error is None:
         return goal.rays
     known, power = _FILTERED if goal.filtered else _PLAIN
-    rays = 16.0 * (known / goal.error) ** power * (1.0 if goal.filtered else 0.5)
-    return 1 << round(math.log2(min(max(rays, FEWEST_RAYS), MOST_FIRST_RAYS)))
+    rays = 16.0 * (known / goal.error) ** power
+    rays = min(rays, MOST_FIRST_RAYS) if goal.filtered else min(rays / 4.0, MOST_FIRST_RAYS / 4)
+    return 1 << round(math.log2(max(rays, FEWEST_RAYS)))
 
 
 def _likely_error(goal: Goal) -> float:
@@ -94,13 +95,14 @@ def solve(
     covered = (owner >= 0) & (opening[0] >= 0.0)
     if goal.error is None and not goal.filtered:
         values = np.where(covered, opening[0] / np.float32(goal.rays), np.float32(0.0))
-        probed = _probe(np.zeros_like(values), covered, goal, seed, means)
+        probed = _probe(np.zeros_like(values), covered, goal, seed, means, goal.rays * np.count_nonzero(covered))
         return _solved(values, covered, probed.error(values), int(covered.sum()) * goal.rays)
     rounds = _Rounds(owner, covered, goal, exponent, means)
     rounds.open(opening)
-    probed = _probe(rounds.expected, covered, goal, seed, means)
+    probed = _probe(rounds.expected, covered, goal, seed, means, rounds.rays)
     error = probed.error(rounds.values)
-    while goal.error is not None and error.at_most > goal.error and rounds.go_on(probed, error):
+    while goal.error is not None and not error.within(goal.error) and rounds.go_on(probed, error):
+        probed = _probe(rounds.expected, covered, goal, seed, means, rounds.rays, probed)
         error = probed.error(rounds.values)
     met = goal.error is None or error.rmse <= goal.error
     return _solved(rounds.values, covered, error, rounds.rays, met)
@@ -111,9 +113,23 @@ def _solved(values: Floats, covered: NDArray[np.bool_], error: Error, rays: int,
     return Solved(values, covered, error, mean, rays, met)
 
 
-def _probe(expected: Floats, covered: NDArray[np.bool_], goal: Goal, seed: int, means: Means) -> Probes:
+def _probe(
+    expected: Floats,
+    covered: NDArray[np.bool_],
+    goal: Goal,
+    seed: int,
+    means: Means,
+    traced: int,
+    before: Probes | None = None,
+) -> Probes:
+    """Probes for a map that took so many rays; those of the rounds before it where they are as good."""
+    texels, weight = probes.place(expected, covered, seed)
+    least = probes.rays_for(_likely_error(goal))
+    rays = max(least, probes.rays_within(_PROBED * traced, len(texels)))
+    if before is not None and rays < 2 * before.rays:
+        return before
     means.enter("measuring the error")
-    return probes.draw(*probes.place(expected, covered, seed), probes.rays_for(_likely_error(goal)), means.probe)
+    return probes.draw(texels, weight, rays, means.probe)
 
 
 class _Rounds:
@@ -147,8 +163,7 @@ class _Rounds:
         self._round += 1
         if self._round > MOST_ROUNDS or self.rays > MOST_MEAN_RAYS * self._texels.sum():
             return False
-        wanted = max(self._goal.error**2 - error.doubt, 0.5 * self._goal.error**2)
-        extra = self._choose(self._squares(probed), _AIM**2 * wanted)
+        extra = self._choose(self._squares(probed), (_AIM * self._goal.error) ** 2 - error.allowance(self._goal.error))
         if not extra.any():
             return False
         for rays in np.unique(extra[extra > 0]):
@@ -171,17 +186,13 @@ class _Rounds:
         np.copyto(self.expected, np.float32(0.0), where=~self._covered)
 
     def _squares(self, probed: Probes) -> Doubles:
-        """Each block's squared error, summed over its texels: as the filter expects it, to the scale that was measured
-        among the texels with as many rays."""
+        """Each block's squared error, summed over its texels: as the filter expects it, to the measured scale."""
         squares = _block_sums(self.expected)
-        measured = probed.squares(self.values)
-        expected = self.expected.reshape(-1)[probed.texels]
-        y, x = np.divmod(probed.texels, self._owner.shape[1])
-        level = self._rays[y // BLOCK, x // BLOCK]
-        overall = _ratio(measured, expected, probed.weight)
+        expected = float(probed.weight @ self.expected.reshape(-1)[probed.texels])
+        measured = float(probed.weight @ probed.squares(self.values))
+        scale = measured / expected if measured > 0.0 and expected > 0.0 else 1.0
         for rays in np.unique(self._rays):
-            here, of = self._rays == rays, level == rays
-            scale = _ratio(measured[of], expected[of], probed.weight[of]) if of.sum() >= _PROBES_TO_TELL else overall
+            here = self._rays == rays
             mean = squares[here].sum() / max(self._texels[here].sum(), 1.0)
             squares[here] = scale * ((1.0 - _EVEN) * squares[here] + _EVEN * mean * self._texels[here])
         return squares
@@ -208,12 +219,6 @@ class _Rounds:
 # What a growth leaves of the squared error; and from which worth on, in prices, it is better than the one before.
 _LEFT = 1.0 / (1.0 + np.asarray(GROWTHS, dtype=np.float64) ** 1.5)
 _STEPS = np.diff(GROWTHS) / -np.diff(_LEFT)
-
-
-def _ratio(measured: Doubles, expected: Floats, weight: Doubles) -> float:
-    """How much larger errors are than expected, within reason: few probes may say that there are none."""
-    below = float(weight @ expected)
-    return min(max(float(weight @ measured) / below, 1.0 / 16.0), 64.0) if below > 0.0 else 1.0
 
 
 def _block_sums(image: Floats) -> Doubles:

@@ -147,7 +147,7 @@ def test_rays_go_where_the_error_is(shapes: Any, bake_one: Any) -> None:
     scene = shapes.scene(shapes.plane(20.0, name="floor"), wall)
     plain = bake_one(scene, size=96, error=0.0012, filtered=False).maps["ao"]
     uniform = bake_one(scene, size=96, rays=round(plain.rays / plain.covered.sum())).maps["ao"]
-    assert plain.error < 0.7 * uniform.error  # with as many rays
+    assert plain.error < 0.8 * uniform.error  # with as many rays
 
 
 def test_an_error_out_of_reach_is_admitted(shapes: Any, bake_one: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -141,6 +141,30 @@ Texel texel_of(int32_t tile_x, int32_t tile_y, int group, int lane) {
   return {tile_x * kTile + compact(morton), tile_y * kTile + compact(morton >> 1)};
 }
 
+namespace {
+
+void copy_lane(Lanes3 &lanes, int from, int to) {
+  lanes.x[to] = lanes.x[from];
+  lanes.y[to] = lanes.y[from];
+  lanes.z[to] = lanes.z[from];
+}
+
+// What lanes of one texel have in common: all but their footprint points.
+void copy_lane(Group &group, int from, int to) {
+  for (Lanes3 *each : {&group.corner, &group.edge1, &group.edge2, &group.geometric, &group.shading[0],
+                       &group.shading[1], &group.shading[2]}) {
+    copy_lane(*each, from, to);
+  }
+  group.lift[to] = group.lift[from];
+  for (int i = 0; i < 3; ++i) {
+    group.rim[i][to] = group.rim[i][from];
+    group.weight1[i][to] = group.weight1[i][from];
+    group.weight2[i][to] = group.weight2[i][from];
+  }
+}
+
+} // namespace
+
 Places::Place Places::at(int32_t tile, int group, int lane) const {
   if (list != nullptr) {
     const int64_t slot = (static_cast<int64_t>(tile) * kGroups + group) * kLanes + lane;
@@ -185,8 +209,12 @@ int gather(const Places &places, int32_t tile, int group, const Feet &feet, cons
       const Texel texel = texel_at(lane);
       const int64_t owner = surface.owner[place[lane].texel];
       const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
-      fill_triangle(surface, owner, lane, out);
-      fill_weights(triangle, texel, lane, out);
+      if (lane > 0 && place[lane].texel == place[lane - 1].texel) {
+        copy_lane(out, lane - 1, lane);
+      } else {
+        fill_triangle(surface, owner, lane, out);
+        fill_weights(triangle, texel, lane, out);
+      }
       fit_feet(triangle, texel, feet.side * feet.side, lane, out);
     }
   }

@@ -23,6 +23,9 @@
 namespace ob {
 namespace {
 
+// Listed texels are looked at one by one, so that what their tiles share need not average out over an image.
+constexpr int32_t kListSets = 64;
+
 std::atomic<int64_t> embree_cycles{0};
 std::atomic<int64_t> all_cycles{0};
 
@@ -328,7 +331,10 @@ int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_
   if (chosen.packet_width == 0) {
     chosen.packet_width = scene->geometry.device->native_width;
   }
-  const Plan plan = plan_rays(chosen.rays, chosen.seed);
+  Plan plan = plan_rays(chosen.rays, chosen.seed);
+  if (texels != nullptr) {
+    plan.sets = std::min(plan.sets, kListSets);
+  }
   const Places places{*surface, texels, count, (surface->width + kTile - 1) / kTile};
   Job job{scene->geometry, *surface, chosen,          maps,   map_count, sums, halves,
           control,         plan,     chunks_of(plan), places, {},        0};
