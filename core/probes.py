@@ -19,7 +19,7 @@ from .scene import Doubles, Floats
 MOST = 4096  # probes, where there are as many texels
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
 FEWEST_RAYS, MOST_RAYS = 4, 512  # of a lane
-_MOST_DOUBT = 0.2  # of a wanted square
+_MOST_DOUBT = 0.1  # of a wanted square
 
 Trace = Callable[[NDArray[np.int64], int, int], Floats]  # texels, rays each, number of the draw → sums
 

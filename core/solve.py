@@ -26,7 +26,7 @@ MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
 _AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
-_EVEN = 0.25  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
+_EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 _PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
 
 # Traces each owned texel's rays: owner (H, W), rays, number of the round → sums over all and over the first half,
