@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from .kernel_api import Control
 from .occluders import Frame, Occluders
 from .progress import Progress
 from .scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
-from .solve import Goal, Means, Solved, first_rays, solve
+from .solve import MOST_MEAN_RAYS, Goal, Means, Solved, first_rays, solve
 from .texels import Texels, rasterize
 from .tracer import Rays, Sums, trace, trace_texels
 
@@ -216,9 +217,8 @@ class _Bench:
     def solve(self, seconds: dict[str, float]) -> list[Solved]:
         """All maps. Their first round is traced together."""
         goal, estimators = self._settings.goal, self._settings.estimators
-        alone = goal.error is None and not goal.filtered
         with _timed(seconds, "trace"):
-            sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not alone)
+            sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not goal.plain)
         with _timed(seconds, "solve"):
             return [
                 solve(
@@ -230,22 +230,24 @@ class _Bench:
             ]
 
     def _means(self, estimator: Estimator, seconds: dict[str, float]) -> Means:
-        def trace_round(owner: Ints, rays: int, number: int) -> tuple[Floats, Floats]:
+        rounds, draws = count(1), count(_PROBES)
+
+        def trace_round(owner: Ints, rays: int) -> tuple[Floats, Floats]:
             with _moved(seconds, "solve", "trace"):
-                sums = self._trace(owner, (estimator,), rays, number, halves=True)
+                sums = self._trace(owner, (estimator,), rays, next(rounds), halves=True)
             assert sums.first_half is not None
             return sums.all[0], sums.first_half[0]
 
-        def probe(texels: NDArray[np.int64], rays: int, number: int) -> Floats:
+        def probe(texels: NDArray[np.int64], rays: int) -> Floats:
             with _moved(seconds, "solve", "probe"):
-                how = self._rays(rays, _PROBES + number)
+                how = self._rays(rays, next(draws))
                 listed = trace_texels(
                     *(self._frame.scene, self._surface, self._owner, texels, (estimator,), how),
                     control=self._progress.control,
                 )
             row: Floats = listed[0]
             if self._divides(estimator):
-                horizon.divide(row, self._openness(estimator).reshape(-1)[texels])
+                horizon.divide(row, self._openness(estimator, texels))
             return row
 
         return Means(trace_round, probe, lambda: self._field, self._enter)
@@ -256,9 +258,10 @@ class _Bench:
         sums = trace(self._frame.scene, self._surface, owner, estimators, how, halves=halves, control=control)
         for index, estimator in enumerate(estimators):
             if self._divides(estimator):
+                openness = self._openness(estimator)
                 for images in (sums.all, sums.first_half):
                     if images is not None:
-                        horizon.divide(images[index], self._openness(estimator))
+                        horizon.divide(images[index], openness)
         return sums
 
     def _rays(self, rays: int, number: int) -> Rays:
@@ -270,8 +273,10 @@ class _Bench:
     def _divides(self, estimator: Estimator) -> bool:
         return self._divided and estimator.axis is Axis.REFLECTED
 
-    def _openness(self, estimator: Estimator) -> Doubles:
-        return horizon.open_horizon(estimator.exponent, self._cosines)
+    def _openness(self, estimator: Estimator, texels: NDArray[np.int64] | None = None) -> Doubles:
+        """Of all texels, (H, W), or of those listed."""
+        cosines = self._cosines if texels is None else self._cosines.reshape(-1)[texels]
+        return horizon.open_horizon(estimator.exponent, cosines)
 
     @cached_property
     def _cosines(self) -> Doubles:
@@ -288,7 +293,7 @@ class _Bench:
         """The next stage. How many there will be nobody knows: each gets half of what is left of the bar, a bake of a
         given number of rays all of it."""
         start, end = self._left, _TRACE[1]
-        if self._settings.error is not None or self._settings.filtered:
+        if not self._settings.goal.plain:
             end = 0.5 * (start + end)
         self._left = end
         return self._progress.enter(f"{self._name}: {stage}", (start, end))
@@ -303,10 +308,10 @@ def _finished(solved: Solved, texels: Texels, settings: Settings, progress: Prog
 
 
 def _shortfalls(target: Instance, settings: Settings, solved: Sequence[Solved]) -> list[str]:
-    """A line for each map that did not get to the error asked for."""
+    """A line for each map that did not get to the error asked for: it would have taken too many rays."""
     return [
         f"{target.name}: {estimator.name} has an error of {each.error.rmse:.4f}, and {settings.error:.4f} was asked "
-        "for; its detail is finer than a texel's rays can tell: bake a larger image"
+        f"for; it would take over {MOST_MEAN_RAYS} rays a texel: ask for less, or bake fine detail into a larger image"
         for estimator, each in zip(settings.estimators, solved, strict=True)
         if not each.met
     ]

@@ -18,13 +18,14 @@ _RATE = 1.5
 # at 4 to 256 rays (0.81 to 0.86 at 1024), and 0.65 to 0.70 at 2 and 3.
 _FEW, _FEW_RAYS, _MANY = 0.68, 4, 0.76
 
-# With a single ray there are no halves, and the most that one ray can vary stands in.
+# With a single ray there are no halves, and the most that one ray of weight 1 can vary stands in.
 _ONE_RAY = 0.25
 
 
 @dataclass(eq=False)
 class Estimate:
-    """One map so far. All images are (H, W) float32, 0 where there are no rays.
+    """One map so far. Where a texel's rays go on depends on what they found so far, which biases its value by a little;
+    the probes measure that with all else. All images are (H, W) float32, 0 where there are no rays.
 
     value: the mean of all rounds, each weighted by its precision. precision: 1 for a round of `unit` rays. noise: for
     each texel an unbiased but crude estimate of the variance of a value of precision 1.

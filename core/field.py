@@ -17,6 +17,7 @@ from .tracer import describe_surface, pointer_to
 # Weights fall as exp(-sharpness (1 - cos)) of the angle between normals: to a third at 10 degrees, to nothing at a
 # crease of 30. Lobes narrower than that turn with the normal, and are compared as narrowly.
 _SHARPNESS = 60.0
+_SHARPEST = 1e6  # beyond it float32 no longer tells normals apart
 
 
 class Field:
@@ -47,10 +48,11 @@ class Field:
         value: estimates from the rays. noise: an estimate for each, as crude as may be, of the variance of a value of
         precision 1. precision: how many times less a value's variance is; 0 where there are no rays. exponent: the
         map's. plain: no filter; values stay, and their expected error is their noise.
-        Returns the filtered values, 0 to 1, and the expected square of their error; both 0 where there is no owner.
+        Returns the filtered values, 0 to 1 unless plain, and the expected square of their error. Where there is no
+        owner, or a texel's place is no number, the value stays, and its error is 0.
         """
-        filtered, error = np.zeros_like(value), np.zeros_like(value)
+        filtered, error = value.copy(), np.zeros_like(value)
         images = (api.address(image, np.float32) for image in (value, noise, precision, filtered, error))
-        signal = api.Signal(*images, max(_SHARPNESS, exponent), int(plain), self._threads)
+        signal = api.Signal(*images, min(max(_SHARPNESS, exponent), _SHARPEST), int(plain), self._threads)
         api.check(api.library().ob_field_filter(self._handle, byref(signal), pointer_to(control)))
         return filtered, error

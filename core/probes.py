@@ -18,24 +18,29 @@ from .scene import Doubles, Floats
 
 MOST = 4096  # probes, where there are as many texels
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
-FEWEST_RAYS, MOST_RAYS = 4, 512  # of a lane
+FEWEST_LANE_RAYS, MOST_LANE_RAYS = 4, 512
 _MOST_DOUBT = 0.1  # of a wanted square
 
-Trace = Callable[[NDArray[np.int64], int, int], Floats]  # texels, rays each, number of the draw → sums
+Trace = Callable[[NDArray[np.int64], int], Floats]  # texels, rays each → sums, by other rays at each call
 
 
 @dataclass(frozen=True)
 class Error:
-    """rmse: over the covered texels. p99: the error that 99 of 100 texels stay within. doubt: the standard error of the
-    mean square that the RMSE is the root of."""
+    """square: the mean square over the covered texels, which noise may carry below 0, and doubt its standard error.
+    p99: the error that 99 of 100 texels stay within."""
 
-    rmse: float
+    square: float
+    doubt: float
     p99: float
-    doubt: float = 0.0
+
+    @property
+    def rmse(self) -> float:
+        """What is told: a mean within its own noise of 0 tells no more than that."""
+        return math.sqrt(max(self.square, self.doubt))
 
     def within(self, wanted: float) -> bool:
         """Whether the RMSE is the wanted one or less, its doubt allowed for."""
-        return self.rmse**2 + self.allowance(wanted) <= wanted**2
+        return self.square + self.allowance(wanted) <= wanted**2
 
     def allowance(self, wanted: float) -> float:
         """What the square must stay below that of the wanted error, or a lucky measurement would end a bake. Never so
@@ -57,15 +62,15 @@ class Probes:
     def error(self, values: Floats) -> Error:
         """The error of a finished map, (H, W) float32."""
         if not len(self.texels):
-            return Error(0.0, 0.0)
+            return Error(0.0, 0.0, 0.0)
         squares = self.squares(values)
         mean = float(np.average(squares, weights=self.weight))
         doubt = math.sqrt(float(((self.weight * (squares - mean)) ** 2).sum())) / float(self.weight.sum())
-        rmse = math.sqrt(max(mean, doubt))  # a mean within its own noise of 0 tells no more than that
         # The probes' own noise widens the differences; their shape is taken as it is, their width as measured.
         apart = np.abs(values.reshape(-1)[self.texels] - 0.5 * (self.first + self.second))
         width = math.sqrt(float(np.average(apart**2, weights=self.weight)))
-        return Error(rmse, _quantile(apart, self.weight, 0.99) * (rmse / width if width > 0.0 else 0.0), doubt)
+        narrowed = math.sqrt(max(mean, doubt)) / width if width > 0.0 else 0.0
+        return Error(mean, doubt, narrowed * _quantile(apart, self.weight, 0.99))
 
     def squares(self, values: Floats) -> Doubles:
         """(N,) float64: an unbiased estimate of each probe's squared error, which noise may carry below 0."""
@@ -86,7 +91,7 @@ def place(expected: Floats, covered: NDArray[np.bool_], seed: int) -> tuple[NDAr
     mean = there.mean()
     density = 0.5 + 0.5 * there / mean if mean > 0.0 else np.ones(len(texels))
     ladder = np.cumsum(density)
-    steps = (np.arange(count) + np.random.default_rng(seed).random()) * (ladder[-1] / count)
+    steps = (np.arange(count) + np.random.default_rng(seed & 0xFFFFFFFFFFFFFFFF).random()) * (ladder[-1] / count)
     chosen = np.minimum(np.searchsorted(ladder, steps, side="right"), len(texels) - 1)
     return texels[chosen].astype(np.int64), 1.0 / density[chosen]
 
@@ -97,19 +102,19 @@ def rays_for(error: float) -> int:
     By the error of plain rays on the samples, 0.048 at 16 and falling as N^-0.75.
     """
     rays = 0.5 * (0.048 / max(error, 1e-9)) ** (4.0 / 3.0)
-    return 1 << round(math.log2(min(max(rays, FEWEST_RAYS), MOST_RAYS)))
+    return 1 << round(math.log2(min(max(rays, FEWEST_LANE_RAYS), MOST_LANE_RAYS)))
 
 
 def rays_within(budget: float, count: int) -> int:
     """Rays of a lane, so that `count` probes take at most so many rays in all."""
     rays = budget / (2 * LANES * max(count, 1))
-    return 1 << int(math.log2(min(max(rays, 1.0), MOST_RAYS)))
+    return 1 << int(math.log2(min(max(rays, 1.0), MOST_LANE_RAYS)))
 
 
 def draw(texels: NDArray[np.int64], weight: Doubles, rays: int, trace: Trace) -> Probes:
     """Trace the probes, `rays` a lane. Those that turn out to face away from the camera are dropped."""
     listed = np.repeat(texels, LANES)
-    sums = [trace(listed, rays, number).reshape(-1, LANES).astype(np.float64) for number in range(2)]
+    sums = [trace(listed, rays).reshape(-1, LANES).astype(np.float64) for _ in range(2)]
     seen = np.all([each.min(axis=1, initial=0.0) >= 0.0 for each in sums], axis=0)
     first, second = (each[seen].sum(axis=1) / (LANES * rays) for each in sums)
     return Probes(texels[seen], weight[seen], first, second, rays)

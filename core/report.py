@@ -10,6 +10,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from .bake import Baked, Settings
 from .compare import Comparison
 from .embree import Device
@@ -100,7 +102,7 @@ def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str
         "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
         "horizon": "divided" if settings.divide_horizon and estimator.axis is Axis.REFLECTED else "kept",
         "sampler": estimator.sampler.name.lower(),
-        "rays_per_texel": round(made.rays / max(baked.texels, 1), 1),
+        "rays_per_texel": round(made.rays / max(int(np.count_nonzero(made.covered)), 1), 1),
         "error_wanted": "none" if settings.error is None else settings.error,
         "filtered": "yes" if settings.goal.filtered else "no",
         "distance": "none" if settings.distance is None else settings.distance,

@@ -19,9 +19,10 @@ from .scene import Doubles, Floats, Ints
 BLOCK = 4  # texels along a side of the blocks that get rays together: a packet's sixteen
 # Rays of the first round: about what brings a smooth scene to the error asked for, as measured on the samples. With the
 # filter 16 rays give about 0.006; without it 0.048, and a quarter is begun with: few texels need them all.
-FEWEST_RAYS, MOST_FIRST_RAYS = 4, 256
+FEWEST_FIRST_RAYS, MOST_FIRST_RAYS = 4, 256
 _FILTERED, _PLAIN = (0.006, 1.5), (0.048, 4.0 / 3.0)
 GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
+_PLAIN_RATE, _FILTERED_RATE = 1.5, 1.0  # a filtered value's error falls slower: part of it is detail
 MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
@@ -29,9 +30,9 @@ _AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last 
 _EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 _PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
 
-# Traces each owned texel's rays: owner (H, W), rays, number of the round → sums over all and over the first half,
+# Traces each owned texel's rays, others at each call: owner (H, W), rays → sums over all and over the first half,
 # (H, W) float32; -1 where a texel faces away.
-TraceRound = Callable[[Ints, int, int], tuple[Floats, Floats]]
+TraceRound = Callable[[Ints, int], tuple[Floats, Floats]]
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,11 @@ class Goal:
     rays: int = 64
     error: float | None = None
     filtered: bool = False
+
+    @property
+    def plain(self) -> bool:
+        """Whether all is done after one round of rays."""
+        return self.error is None and not self.filtered
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +80,7 @@ def first_rays(goal: Goal) -> int:
     known, power = _FILTERED if goal.filtered else _PLAIN
     rays = 16.0 * (known / goal.error) ** power
     rays = min(rays, MOST_FIRST_RAYS) if goal.filtered else min(rays / 4.0, MOST_FIRST_RAYS / 4)
-    return 1 << round(math.log2(max(rays, FEWEST_RAYS)))
+    return 1 << round(math.log2(max(rays, FEWEST_FIRST_RAYS)))
 
 
 def _likely_error(goal: Goal) -> float:
@@ -93,10 +99,11 @@ def solve(
     mean 0. Raises Cancelled, MemoryError.
     """
     covered = (owner >= 0) & (opening[0] >= 0.0)
-    if goal.error is None and not goal.filtered:
+    if goal.plain:
+        count = int(np.count_nonzero(covered))
         values = np.where(covered, opening[0] / np.float32(goal.rays), np.float32(0.0))
-        probed = _probe(np.zeros_like(values), covered, goal, seed, means, goal.rays * np.count_nonzero(covered))
-        return _solved(values, covered, probed.error(values), int(covered.sum()) * goal.rays)
+        probed = _probe(np.zeros_like(values), covered, goal, seed, means, goal.rays * count)
+        return _solved(values, covered, probed.error(values), count * goal.rays)
     rounds = _Rounds(owner, covered, goal, exponent, means)
     rounds.open(opening)
     probed = _probe(rounds.expected, covered, goal, seed, means, rounds.rays)
@@ -104,7 +111,7 @@ def solve(
     while goal.error is not None and not error.within(goal.error) and rounds.go_on(probed, error):
         probed = _probe(rounds.expected, covered, goal, seed, means, rounds.rays, probed)
         error = probed.error(rounds.values)
-    met = goal.error is None or error.rmse <= goal.error
+    met = goal.error is None or error.within(goal.error) or error.rmse <= goal.error
     return _solved(rounds.values, covered, error, rounds.rays, met)
 
 
@@ -123,13 +130,12 @@ def _probe(
     before: Probes | None = None,
 ) -> Probes:
     """Probes for a map that took so many rays; those of the rounds before it where they are as good."""
-    texels, weight = probes.place(expected, covered, seed)
-    least = probes.rays_for(_likely_error(goal))
-    rays = max(least, probes.rays_within(_PROBED * traced, len(texels)))
+    count = min(probes.MOST, int(np.count_nonzero(covered)))
+    rays = max(probes.rays_for(_likely_error(goal)), probes.rays_within(_PROBED * traced, count))
     if before is not None and rays < 2 * before.rays:
         return before
     means.enter("measuring the error")
-    return probes.draw(texels, weight, rays, means.probe)
+    return probes.draw(*probes.place(expected, covered, seed), rays, means.probe)
 
 
 class _Rounds:
@@ -168,16 +174,17 @@ class _Rounds:
             return False
         for rays in np.unique(extra[extra > 0]):
             where = _unblocked(extra == rays, self._owner.shape) & self._covered
-            total, first = self._means.trace(np.where(where, self._owner, -1), int(rays), self._round)
-            self._estimate.add(total, first, int(rays), where)
+            total, first = self._means.trace(np.where(where, self._owner, -1), int(rays))
+            self._estimate.add(total, first, int(rays), where & (total >= 0.0))  # some may face away this time
         self._rays += extra
         self._filter()
         return True
 
     def _filter(self) -> None:
         estimate = self._estimate
+        field = self._means.field()
         control = self._means.enter("filtering")
-        self.values, self.expected = self._means.field().filter(
+        self.values, self.expected = field.filter(
             *(estimate.value, estimate.noise, estimate.precision, self._exponent),
             plain=not self._goal.filtered,
             control=control,
@@ -198,27 +205,38 @@ class _Rounds:
         return squares
 
     def _choose(self, squares: Doubles, wanted: float) -> NDArray[np.int_]:
-        """Rays to add to each texel of each block, so that the wanted mean square is reached with the fewest.
+        """Rays to add to each texel of each block, so that about the wanted mean square is reached with the fewest.
 
-        More rays of r times a texel's number bring its squared error to 1 / (1 + r^1.5) of what it was. For a price of
-        a ray each block takes the growth that costs least, rays and error together; the price is found by bisection.
+        More rays of r times a texel's number bring its squared error to 1 / (1 + r^rate) of what it was. For a price
+        of a ray each block takes the growth that costs least, rays and error together; the price is found by
+        bisection, and goes no lower than the rays that are left can pay for.
         """
+        left = _left(_FILTERED_RATE if self._goal.filtered else _PLAIN_RATE)
+        steps = np.diff(_GROWTHS) / -np.diff(left)  # from which worth on, in prices, a growth beats the one before
         worth = squares / np.maximum(self._texels * self._rays, 1.0)
         goal = wanted * self._texels.sum()
+        affordable = MOST_MEAN_RAYS * self._texels.sum() - self.rays
         low, high = worth.max() * 1e-9, worth.max()
+        if not high > 0.0:
+            return np.zeros_like(self._rays)
         for _ in range(40):
-            price = np.sqrt(low * high)
-            left = (squares * _LEFT[np.searchsorted(_STEPS, worth / price)]).sum() if price > 0.0 else 0.0
-            low, high = (price, high) if left <= goal else (low, price)
-        growth = np.asarray(GROWTHS)[np.searchsorted(_STEPS, worth / max(low, 1e-300))]
-        extra = np.minimum(growth * self._rays, MOST_RAYS)
-        powers: NDArray[np.int_] = np.where(extra > 0, 1 << np.log2(np.maximum(extra, 1)).astype(np.int_), 0)
+            price = math.sqrt(low * high)
+            step = np.searchsorted(steps, worth / price)
+            enough = (squares * left[step]).sum() <= goal
+            too_much = (_GROWTHS[step] * self._rays * self._texels).sum() > affordable
+            low, high = (price, high) if enough or too_much else (low, price)
+        extra = np.minimum(_GROWTHS[np.searchsorted(steps, worth / low)] * self._rays, MOST_RAYS)
+        powers: NDArray[np.int_] = np.where(extra > 0, 1 << np.frexp(extra / 0.75)[1].astype(np.int_) - 1, 0)
         return powers
 
 
-# What a growth leaves of the squared error; and from which worth on, in prices, it is better than the one before.
-_LEFT = 1.0 / (1.0 + np.asarray(GROWTHS, dtype=np.float64) ** 1.5)
-_STEPS = np.diff(GROWTHS) / -np.diff(_LEFT)
+_GROWTHS = np.asarray(GROWTHS)
+
+
+def _left(rate: float) -> Doubles:
+    """What each growth leaves of the squared error, where that falls as the rays to the power of -rate."""
+    left: Doubles = 1.0 / (1.0 + _GROWTHS.astype(np.float64) ** rate)
+    return left
 
 
 def _block_sums(image: Floats) -> Doubles:

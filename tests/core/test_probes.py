@@ -14,7 +14,7 @@ def binomial(truth: np.ndarray, seed: int):  # type: ignore[no-untyped-def]
     """A tracer whose rays are coin throws with the truth of their texel."""
     rng = np.random.default_rng(seed)
 
-    def trace(texels: np.ndarray, rays: int, number: int) -> np.ndarray:
+    def trace(texels: np.ndarray, rays: int) -> np.ndarray:
         return rng.binomial(rays, truth.reshape(-1)[texels]).astype(np.float32)
 
     return trace
@@ -88,7 +88,7 @@ def test_few_texels_are_all_probed_and_none_give_none() -> None:
 
 
 def test_probes_that_face_away_are_dropped() -> None:
-    def trace(texels: np.ndarray, rays: int, number: int) -> np.ndarray:
+    def trace(texels: np.ndarray, rays: int) -> np.ndarray:
         return np.where(texels == 1, -1.0, rays).astype(np.float32)
 
     probes = draw(np.array([0, 1, 2]), np.ones(3), 4, trace)

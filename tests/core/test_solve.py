@@ -186,7 +186,7 @@ def test_values_are_means_and_uncovered_texels_are_0() -> None:
 def no_means() -> Means:
     """For a plain bake: probes that agree with nothing are all it asks for."""
 
-    def probe(texels: np.ndarray, rays: int, number: int) -> np.ndarray:
+    def probe(texels: np.ndarray, rays: int) -> np.ndarray:
         return np.zeros(len(texels), dtype=np.float32)
 
     def refuse(*_: Any) -> Any:

@@ -1,6 +1,6 @@
 /* The occlusion kernel: texels in, sums of visibility out.
  *
- * Plain C, arrays in and arrays out, nothing kept but what the two handles hold. Contracts for every function:
+ * Plain C, arrays in and arrays out, nothing kept but what the handles hold. Contracts for every function:
  *  - Functions that return int32_t return OB_OK or one of the codes below; ob_error_message() then says why in a line.
  *  - Arrays are contiguous and not aliased; sizes are in elements; images are row-major, row 0 at the top.
  *  - Positions are float32 in one common frame, centred near the surface being baked (see core/scene.py).
@@ -107,10 +107,10 @@ typedef struct ob_signal {
   const float *value;     /* the estimate from its rays */
   const float *noise;     /* an estimate of the variance of a value of precision 1; single ones may be far off */
   const float *precision; /* how much less a value's variance is; 0: no rays yet */
-  float *filtered;        /* out, 0 to 1; untouched where no triangle owns the texel */
+  float *filtered;        /* out, 0 to 1; untouched where no triangle owns the texel, or its place is no number */
   float *error;           /* out: the expected squared error of `filtered` */
   float sharpness;        /* weights fall as exp(-sharpness (1 - cos)) of the angle between normals */
-  int32_t plain;          /* not 0: `filtered` is `value`, and `error` what its noise comes to */
+  int32_t plain;          /* not 0: `filtered` is `value` as it is, and `error` what its noise comes to */
   int32_t threads;
 } ob_signal;
 

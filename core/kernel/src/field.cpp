@@ -42,16 +42,13 @@ struct Points {
   uint32_t texel[kLanes];
 };
 
-float length(const Lanes3 &v, int lane) {
-  return std::sqrt(v.x[lane] * v.x[lane] + v.y[lane] * v.y[lane] + v.z[lane] * v.z[lane]);
-}
-
-// The side of a square as large as a texel is on the surface.
+// The side of a square as large as a texel is on the surface. In float64: areas square lengths, and cross products of
+// those once more.
 float spacing_of(const Group &group, const ob_surface &surface, int64_t owner, int lane) {
-  const Lanes3 &a = group.edge1;
-  const Lanes3 &b = group.edge2;
-  const Lanes3 cross{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  const auto area = static_cast<double>(length(cross, lane));
+  const double a[3] = {group.edge1.x[lane], group.edge1.y[lane], group.edge1.z[lane]};
+  const double b[3] = {group.edge2.x[lane], group.edge2.y[lane], group.edge2.z[lane]};
+  const double cross[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  const double area = std::sqrt(cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]);
   const double texels = std::fabs(TexelTriangle(surface.uv + 6 * owner, surface.width, surface.height).doubled_area());
   return static_cast<float>(std::sqrt(area / texels));
 }
@@ -167,15 +164,17 @@ void cluster_row(const ob_surface &surface, int32_t tile_y, const PacketCode &co
   }
 }
 
-template <typename Item> std::vector<Item> joined(const std::vector<std::vector<Item>> &parts) {
+// Takes the parts apart as it goes, so that there are never two of all.
+template <typename Item> std::vector<Item> joined(std::vector<std::vector<Item>> &parts) {
   size_t count = 0;
   for (const auto &part : parts) {
     count += part.size();
   }
   std::vector<Item> all;
   all.reserve(count);
-  for (const auto &part : parts) {
+  for (auto &part : parts) {
     all.insert(all.end(), part.begin(), part.end());
+    part = {};
   }
   return all;
 }
@@ -184,7 +183,7 @@ std::vector<Cluster> find_clusters(const ob_surface &surface, int32_t threads, o
   const PacketCode &code = choose_code(kLanes);
   const int32_t high = (surface.height + kTile - 1) / kTile;
   std::vector<std::vector<Cluster>> rows(static_cast<size_t>(high));
-  begin(control, 2 * static_cast<int64_t>(high));
+  begin(control, high);
   run_parallel(thread_count(threads), high, [&](auto next) {
     for (int64_t row = next(); row >= 0 && !cancelled(control); row = next()) {
       cluster_row(surface, static_cast<int32_t>(row), code, rows[static_cast<size_t>(row)]);
@@ -245,13 +244,14 @@ private:
     return static_cast<int64_t>(std::clamp(std::floor(coordinate / cell), -kFar, kFar));
   }
 
+  // Mixed in one after the other: products that are XORed are the same for x, y and -x, -y.
   static uint64_t key(int level, int64_t x, int64_t y, int64_t z) {
-    const auto wide = [](int64_t value) { return static_cast<uint64_t>(value); };
-    uint64_t h = (wide(x) * 0x9e3779b97f4a7c15U) ^ (wide(y) * 0xc2b2ae3d27d4eb4fU) ^ (wide(z) * 0x165667b19e3779f9U) ^
-                 (wide(level) * 0x27d4eb2f165667c5U);
-    h ^= h >> 29;
-    h *= 0xbf58476d1ce4e5b9U;
-    return h ^ (h >> 32);
+    uint64_t h = 0;
+    for (const int64_t part : {static_cast<int64_t>(level), x, y, z}) {
+      h = (h ^ static_cast<uint64_t>(part)) * 0x9e3779b97f4a7c15U;
+      h ^= h >> 32;
+    }
+    return h;
   }
 
   static Bounds bounds_of(const Cluster &cluster, int32_t index) {
@@ -328,7 +328,7 @@ private:
   std::map<int, float> largest_;
 };
 
-constexpr int64_t kStretch = 1024; // clusters in one piece of work
+constexpr int64_t kStretch = 256; // clusters in one piece of work
 
 void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
   const Grid grid(field.clusters);
@@ -336,6 +336,7 @@ void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
   const int64_t pieces = (count + kStretch - 1) / kStretch;
   std::vector<std::vector<int32_t>> near(static_cast<size_t>(pieces));
   field.first.assign(static_cast<size_t>(count) + 1, 0);
+  begin(control, pieces);
   run_parallel(thread_count(threads), pieces, [&](auto next) {
     std::vector<std::pair<float, int32_t>> found;
     for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
@@ -346,6 +347,7 @@ void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
           near[static_cast<size_t>(piece)].push_back(each.second);
         }
       }
+      advance(control, 1);
     }
   });
   for (size_t i = 1; i < field.first.size(); ++i) {
@@ -355,8 +357,6 @@ void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
 }
 
 int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, ob_field &field) {
-  field.width = surface.width;
-  field.height = surface.height;
   field.clusters = find_clusters(surface, threads, control);
   if (!cancelled(control)) {
     find_neighbours(field, threads, control);
@@ -389,7 +389,8 @@ void keep(const Signal &signal, Lanes &value, Lanes &error) {
 void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error, const ob_signal &images) {
   for (int lane = 0; lane < kLanes; ++lane) {
     if (cluster.active[lane] != 0) {
-      images.filtered[cluster.texel[lane]] = std::clamp(value[lane], 0.0F, 1.0F);
+      const float kept = images.plain != 0 ? value[lane] : std::clamp(value[lane], 0.0F, 1.0F);
+      images.filtered[cluster.texel[lane]] = kept;
       images.error[cluster.texel[lane]] = error[lane];
     }
   }

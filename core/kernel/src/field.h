@@ -7,8 +7,6 @@
 #include "packets.h"
 
 struct ob_field {
-  int32_t width = 0;
-  int32_t height = 0;
   std::vector<ob::Cluster> clusters;
   std::vector<int64_t> first; // one more than there are clusters
   std::vector<int32_t> near;

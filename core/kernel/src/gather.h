@@ -41,7 +41,7 @@ int gather(const Places &places, int32_t tile, int group, const Feet &feet, cons
 // The middles of a block's footprints, each as the one foot of its lane. Returns the number of active lanes.
 int gather_middles(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, Group &out);
 
-// The middle of one texel's footprint as the one active lane, and one foot, of a group.
+// The middle of one texel's footprint as the one foot of a group's first lane.
 void gather_middle(const ob_surface &surface, Texel texel, Group &out);
 
 // What is wrong with a surface that a caller gave; NULL: nothing.

@@ -24,7 +24,7 @@ struct Lanes3 {
   Lanes x, y, z;
 };
 
-// Sixteen texels, structure of arrays. Lanes that are not active hold zeros.
+// Sixteen texels, structure of arrays. Lanes that are not active hold numbers of no meaning.
 struct Group {
   LaneMask active;
   LaneBits seed; // of the texel's footprint points

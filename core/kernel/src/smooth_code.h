@@ -12,13 +12,13 @@
 namespace ob {
 namespace {
 
-constexpr float kGuideRadius = 2.5F; // in spacings
+constexpr float kGuideRadius = 3.0F; // in spacings
 constexpr float kRadius = 6.5F;
 constexpr float kTolerance = 3.5F * 3.5F; // squared difference of guides, in their variances, at which weights are 1/e
 constexpr float kFlatness = 1.0F;         // squared distance from the tangent planes, in spacings, for 1/e
 constexpr float kRidge = 0.3F;            // added to the spread of the places: a plane is not tilted by two points
 // Scatter above so many times the noise counts as detail; the noise itself is known to a factor of about two.
-constexpr float kScatter = 4.0F;
+constexpr float kScatter = 6.0F;
 constexpr float kLikelyScatter = 2.0F;  // and above so many times it makes the error that is expected larger
 constexpr float kLeastVariance = 1e-7F; // of the difference of two guides
 
@@ -43,7 +43,7 @@ struct Fit {
   Lanes scatter; // mean square of what the plane leaves over
   Lanes noise;   // the part of it that the rays' noise explains
   Lanes share;   // of a point here, of weight 1, in the value
-  Lanes squares; // sum of the squared shares of all points
+  Lanes squares; // about the sum of the squared shares of all points
 };
 
 void add(Moments &m, Lanes w, Lanes x, Lanes y, Lanes v, Lanes variance) {
@@ -106,8 +106,9 @@ struct Around {
     frame_about(normal, tangent, bitangent);
   }
 
-  // Place and weight of point j of a cluster, for each of ours. Returns whether any has a weight; `distance` is what
-  // further differences may be added to before the falloff.
+  // Point j of a cluster, seen from each of ours: its place in the tangent plane, how far `inside` the radius it is (1
+  // in the middle, 0 outside), and its `distance` off the plane and in its normal, to which others may be added before
+  // the falloff.
   void look(const Cluster &other, int j, Lanes &x, Lanes &y, Lanes &distance, Lanes &inside) const {
     const Lanes3 d{other.position.x[j] - position.x, other.position.y[j] - position.y,
                    other.position.z[j] - position.z};
@@ -117,7 +118,8 @@ struct Around {
     const Lanes off = dot(d, normal);
     const Lanes off_other = dot(d, n);
     inside = at_least(1.0F - (x * x + y * y) * per_radius2, Lanes{});
-    distance = (off * off + off_other * off_other) * (kFlatness * per_spacing2) + sharpness * (1.0F - dot(normal, n));
+    distance = (off * off + off_other * off_other) * (kFlatness * per_spacing2) +
+               sharpness * at_least(1.0F - dot(normal, n), Lanes{});
   }
 };
 
