@@ -18,7 +18,7 @@ from .scene import Doubles, Floats
 
 MOST = 4096  # probes, where there are as many texels
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
-FEWEST_LANE_RAYS, MOST_LANE_RAYS = 4, 512
+FEWEST_LANE_RAYS, MOST_LANE_RAYS = 8, 512
 _MOST_DOUBT = 0.1  # of a wanted square
 
 Trace = Callable[[NDArray[np.int64], int], Floats]  # texels, rays each → sums, by other rays at each call

@@ -17,7 +17,8 @@ constexpr float kRadius = 6.5F;
 constexpr float kTolerance = 3.5F * 3.5F; // squared difference of guides, in their variances, at which weights are 1/e
 constexpr float kFlatness = 1.0F;         // squared distance from the tangent planes, in spacings, for 1/e
 constexpr float kRidge = 0.3F;            // added to the spread of the places: a plane is not tilted by two points
-// Scatter above so many times the noise counts as detail; the noise itself is known to a factor of about two.
+// Scatter above so many times the noise counts as detail. Less of it would take more noise for detail than it saves in
+// blur: 6 was best on the samples, from 16 to 64 rays.
 constexpr float kScatter = 6.0F;
 constexpr float kLikelyScatter = 2.0F;  // and above so many times it makes the error that is expected larger
 constexpr float kLeastVariance = 1e-7F; // of the difference of two guides
