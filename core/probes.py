@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .scene import Doubles, Floats
 
-MOST = 4096  # probes, where there are as many texels
+MOST, FEWEST, SHARE = 4096, 256, 4  # probes: one texel of SHARE, but between these, and no more than there are
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
 FEWEST_LANE_RAYS, MOST_LANE_RAYS = 8, 512
 _MOST_DOUBT = 0.1  # of a wanted square
@@ -78,20 +78,26 @@ class Probes:
         return (there - self.first) * (there - self.second)
 
 
+def how_many(texels: int) -> int:
+    """Probes for a map of so many covered texels."""
+    return min(max(texels // SHARE, FEWEST), MOST, texels)
+
+
 def place(expected: Floats, covered: NDArray[np.bool_], seed: int) -> tuple[NDArray[np.int64], Doubles]:
     """Choose texels to probe, half of them evenly and half by the expected squared error; texels and weights.
 
-    expected: (H, W) float32. Systematic sampling: the texels lie along the image's rows as evenly as can be.
+    expected: (H, W) float32. Stratified: one texel from each of equal shares of the image, along its rows.
     """
     texels = np.flatnonzero(covered)
-    count = min(MOST, len(texels))
+    count = how_many(len(texels))
     if count == 0:
         return texels.astype(np.int64), np.zeros(0)
     there = expected.reshape(-1)[texels].astype(np.float64)
     mean = there.mean()
     density = 0.5 + 0.5 * there / mean if mean > 0.0 else np.ones(len(texels))
     ladder = np.cumsum(density)
-    steps = (np.arange(count) + np.random.default_rng(seed & 0xFFFFFFFFFFFFFFFF).random()) * (ladder[-1] / count)
+    jitter = np.random.default_rng(seed & 0xFFFFFFFFFFFFFFFF).random(count)  # one for all would alias with the rows
+    steps = (np.arange(count) + jitter) * (ladder[-1] / count)
     chosen = np.minimum(np.searchsorted(ladder, steps, side="right"), len(texels) - 1)
     return texels[chosen].astype(np.int64), 1.0 / density[chosen]
 

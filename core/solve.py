@@ -130,7 +130,7 @@ def _probe(
     before: Probes | None = None,
 ) -> Probes:
     """Probes for a map that took so many rays; those of the rounds before it where they are as good."""
-    count = min(probes.MOST, int(np.count_nonzero(covered)))
+    count = probes.how_many(int(np.count_nonzero(covered)))
     rays = max(probes.rays_for(_likely_error(goal)), probes.rays_within(_PROBED * traced, count))
     if before is not None and rays < 2 * before.rays:
         return before

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from occlusion_bake.core.probes import LANES, MOST, Probes, draw, place
+from occlusion_bake.core.probes import LANES, MOST, Probes, draw, how_many, place
 
 SIDE = 128
 RAYS = 4
@@ -72,10 +72,16 @@ def test_probes_lie_on_covered_texels_and_more_of_them_where_the_error_is_expect
     expected = np.zeros((SIDE, SIDE), dtype=np.float32)
     expected[:, 80:90] = 1.0
     texels, weight = place(expected, covered, 1)
-    assert len(texels) == MOST and covered.reshape(-1)[texels].all()
+    assert len(texels) == how_many(80 * SIDE) and covered.reshape(-1)[texels].all()
     share = np.mean(texels % SIDE >= 80)
     assert share == pytest.approx(0.5 + 0.5 / 8, abs=0.01)
     assert np.average(texels % SIDE >= 80, weights=weight) == pytest.approx(1 / 8, abs=0.01)
+
+
+@pytest.mark.parametrize("texels", [0, 1, 255, 256, 1000, 5000, 10**6])
+def test_there_are_as_many_probes_as_texels_allow(texels: int) -> None:
+    assert how_many(texels) <= min(texels, MOST)
+    assert how_many(texels) >= min(texels, 256)
 
 
 def test_few_texels_are_all_probed_and_none_give_none() -> None:
