@@ -368,11 +368,9 @@ int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_tra
                         const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count, float *const *sums,
                         ob_control *control) {
   return ob::guarded([&]() -> int32_t {
-    if ((texels == nullptr && count != 0) || count < 0) {
+    if (texels == nullptr || count < 0) {
       return ob::fail(OB_INVALID, "ob_trace_texels without a list of texels");
     }
-    const int64_t none = 0; // an empty list may have no address, which would mean all texels
-    texels = texels == nullptr ? &none : texels;
     return ob::trace_places(scene, surface, settings, maps, map_count, texels, count, sums, nullptr, control);
   });
 }
