@@ -22,7 +22,9 @@ BLOCK = 4  # texels along a side of the blocks that get rays together: a packet'
 FEWEST_FIRST_RAYS, MOST_FIRST_RAYS = 4, 256
 _FILTERED, _PLAIN = (0.006, 1.5), (0.048, 4.0 / 3.0)
 GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
-_PLAIN_RATE, _FILTERED_RATE = 1.5, 1.0  # a filtered value's error falls slower: part of it is detail
+# How fast squared errors fall with the rays: as their power of -1.5 where noise makes them, of -1 where the filter
+# blurs detail. Which it is, the rounds before tell; a filtered map is taken for the second before it has had two.
+_FASTEST, _SLOWEST = 1.5, 1.0
 MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
@@ -149,6 +151,8 @@ class _Rounds:
         self._rays = np.full(self._texels.shape, first_rays(goal))  # of each texel, by block
         self._estimate = Estimate.empty(owner.shape, first_rays(goal))
         self._round = 0
+        self._rate = _SLOWEST if goal.filtered else _FASTEST
+        self._before: tuple[int, float] | None = None  # rays and squared error before the last round
         self.values = self.expected = np.zeros(owner.shape, dtype=np.float32)
 
     @property
@@ -169,6 +173,7 @@ class _Rounds:
         self._round += 1
         if self._round > MOST_ROUNDS or self.rays > MOST_MEAN_RAYS * self._texels.sum():
             return False
+        self._learn_rate(error)
         extra = self._choose(self._squares(probed), (_AIM * self._goal.error) ** 2 - error.allowance(self._goal.error))
         if not extra.any():
             return False
@@ -179,6 +184,15 @@ class _Rounds:
         self._rays += extra
         self._filter()
         return True
+
+    def _learn_rate(self, error: Error) -> None:
+        """How fast the error of a filtered map falls, from what the last round did to it."""
+        square = max(error.square, error.doubt)
+        if self._before is not None and self._goal.filtered:
+            rays, before = self._before
+            seen = math.log(before / square) / math.log(self.rays / rays)
+            self._rate = min(max(seen, _SLOWEST), _FASTEST)
+        self._before = self.rays, square
 
     def _filter(self) -> None:
         estimate = self._estimate
@@ -211,7 +225,7 @@ class _Rounds:
         of a ray each block takes the growth that costs least, rays and error together; the price is found by
         bisection, and goes no lower than the rays that are left can pay for.
         """
-        left = _left(_FILTERED_RATE if self._goal.filtered else _PLAIN_RATE)
+        left = _left(self._rate)
         steps = np.diff(_GROWTHS) / -np.diff(left)  # from which worth on, in prices, a growth beats the one before
         worth = squares / np.maximum(self._texels * self._rays, 1.0)
         goal = wanted * self._texels.sum()

@@ -1,4 +1,5 @@
-"""What was measured of one scene, kept after every point, so that a run can be split and taken up again."""
+"""What was measured of one scene, kept after every point, so that a run can be split and taken up again, in another
+checkout, too."""
 
 from __future__ import annotations
 
@@ -12,7 +13,8 @@ from typing import Any
 
 from ..pages import ROOT
 
-FOLDER = ROOT / "build" / "versus"
+KEPT = ROOT / "bench" / "results"  # the measurements
+FOLDER = ROOT / "build" / "versus"  # what can be made again: references, quick runs
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class Record:
     @property
     def file(self) -> Path:
         """Where it is kept."""
-        return FOLDER / f"{self.name}.json"
+        return (FOLDER if self.about.get("quick") else KEPT) / f"{self.name}.json"
 
     def point(self, baker: str, setting: str) -> Point:
         """The point of a baker at a setting, new where it was not measured yet."""
@@ -122,15 +124,15 @@ def record_of(scene: str, size: int, fresh: bool) -> Record:
 
 def records(*, quick: bool) -> list[Record]:
     """All that is there, of quick runs or of the others, by file name."""
-    files = sorted(FOLDER.glob("*_*[0-9].json"))
-    return [record for record in map(read, files) if record.points and bool(record.about.get("quick")) is quick]
+    files = sorted((FOLDER if quick else KEPT).glob("*_*[0-9].json"))
+    return [record for record in map(read, files) if record.points]
 
 
 class Rows:
     """What was measured of a section that is no scene, row by row; kept after each."""
 
     def __init__(self, section: str, fresh: bool = False) -> None:
-        self._file = FOLDER / f"{section}.json"
+        self._file = KEPT / f"{section}.json"
         there = self._file.exists() and not fresh
         self.values: dict[str, Any] = json.loads(self._file.read_text(encoding="utf-8")) if there else {}
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from ..pages import ROOT
-from .store import Point, Record
+from .store import KEPT, Point, Record
 
-FOLDER = ROOT / "bench" / "results"
 COLUMNS = (
     *("scene", "size", "baker", "setting"),
     *("round_seconds", "median_seconds"),
@@ -19,8 +17,8 @@ COLUMNS = (
 
 def write_table(record: Record) -> Path:
     """A row a point. rmse is without the reference's noise; seconds of the rounds stand in one field, by spaces."""
-    FOLDER.mkdir(parents=True, exist_ok=True)
-    path = FOLDER / f"{record.name}.csv"
+    KEPT.mkdir(parents=True, exist_ok=True)
+    path = KEPT / f"{record.name}.csv"
     with path.open("w", encoding="utf-8", newline="") as stream:
         table = csv.writer(stream, lineterminator="\n")
         table.writerow(COLUMNS)
