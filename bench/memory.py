@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 from collections.abc import Callable
@@ -17,6 +16,8 @@ from ..addon.leave import leave
 from ..core.bake import Settings
 from ..core.estimators import AO, reflection
 from .ours import bake_here
+from .pages import peak_memory
+from .versus.scenes import add_net
 
 
 def measure(chosen: argparse.Namespace) -> dict[str, Any]:
@@ -45,24 +46,9 @@ def page(result: dict[str, Any]) -> list[str]:
 
 def _grid(name: str, side: int, size: float) -> bpy.types.Object:
     """A wavy sheet of 2 (side - 1)² triangles with UVs."""
-    x, y = (each.ravel() for each in np.meshgrid(*[np.linspace(0.0, 1.0, side)] * 2))
-    points = np.stack([size * x, size * y, 0.02 * size * np.sin(40.0 * x) * np.cos(30.0 * y)], axis=1)
-    corner = (np.arange(side - 1)[:, None] * side + np.arange(side - 1)).ravel()
-    quads = np.stack([corner, corner + 1, corner + side + 1, corner + side], axis=1)
-    mesh = bpy.data.meshes.new(name)
-    mesh.vertices.add(len(points))
-    mesh.vertices.foreach_set("co", points.astype(np.float32).ravel())
-    mesh.loops.add(quads.size)
-    mesh.loops.foreach_set("vertex_index", quads.ravel().astype(np.int32))
-    mesh.polygons.add(len(quads))
-    mesh.polygons.foreach_set("loop_start", np.arange(0, quads.size, 4, dtype=np.int32))
-    mesh.update(calc_edges=True)
-    layer = mesh.uv_layers.new(name="UVMap")
-    layer.uv.foreach_set("vector", np.stack([x, y], axis=1)[quads.ravel()].astype(np.float32).ravel())
-    mesh.shade_smooth()
-    obj = bpy.data.objects.new(name, mesh)
-    bpy.context.scene.collection.objects.link(obj)
-    return obj
+    x, y = np.meshgrid(*[np.linspace(0.0, 1.0, side)] * 2)
+    points = np.stack([size * x, size * y, 0.02 * size * np.sin(40.0 * x) * np.cos(30.0 * y)], axis=-1)
+    return add_net(bpy.context.scene, name, points)
 
 
 def _dense() -> None:
@@ -86,17 +72,13 @@ _CASES: dict[str, tuple[str, Callable[[], None], str]] = {
 }
 
 
-def _peak() -> float:
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1048576.0  # Linux counts in KB
-
-
 def _child(name: str) -> None:
     _, make, target = _CASES[name]
     bpy.ops.wm.read_factory_settings(use_empty=True)
     make()
-    before = _peak()
+    before = peak_memory()
     bake_here([target], Settings((AO, reflection(10.0)), 2048, 2048, 4))
-    print(json.dumps([before, _peak()]))
+    print(json.dumps([before, peak_memory()]))
 
 
 if __name__ == "__main__":

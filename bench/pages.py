@@ -93,6 +93,13 @@ def arguments_of(chosen: argparse.Namespace) -> list[str]:
     return ["--rounds", str(chosen.rounds), "--models", str(chosen.models)]
 
 
+def peak_memory() -> float:
+    """The most that this process has held, GB. Not ru_maxrss, which a process takes over from the one that started
+    it."""
+    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1048576.0
+
+
 def machine() -> str:
     """Processor, cores, and the vector width that decides."""
     try:

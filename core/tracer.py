@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Sequence
 from ctypes import byref, c_void_p
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,17 +112,9 @@ def trace(
     sums = np.zeros(shape, dtype=np.float32)
     first_half = np.zeros(shape, dtype=np.float32) if halves else None
     described = describe_surface(surface, owner)
-    status = api.library().ob_trace(
-        scene.handle,
-        byref(described),
-        byref(_settings(rays)),
-        _maps(estimators),
-        len(estimators),
-        _rows(sums),
-        None if first_half is None else _rows(first_half),
-        pointer_to(control),
-    )
-    api.check(status)
+    halves_rows = None if first_half is None else _rows(first_half)
+    what = _what(scene, described, estimators, rays)
+    api.check(api.library().ob_trace(*what, _rows(sums), halves_rows, pointer_to(control)))
     return Sums(sums, first_half)
 
 
@@ -141,17 +134,9 @@ def trace_texels(
     """
     sums = np.zeros((len(estimators), len(texels)), dtype=np.float32)
     described = describe_surface(surface, owner)
-    status = api.library().ob_trace_texels(
-        scene.handle,
-        byref(described),
-        byref(_settings(rays)),
-        _maps(estimators),
-        len(estimators),
-        *(api.address(texels, np.int64), len(texels)),
-        _rows(sums),
-        pointer_to(control),
-    )
-    api.check(status)
+    what = _what(scene, described, estimators, rays)
+    listed = (api.address(texels, np.int64), len(texels))
+    api.check(api.library().ob_trace_texels(*what, *listed, _rows(sums), pointer_to(control)))
     return sums
 
 
@@ -171,6 +156,12 @@ def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
     )
 
 
+def _what(scene: TraceScene, described: api.Surface, estimators: Sequence[Estimator], rays: Rays) -> tuple[Any, ...]:
+    """The arguments that all tracing begins with."""
+    maps = (api.Map * len(estimators))(*(api.Map(e.sampler, e.axis, e.exponent) for e in estimators))
+    return scene.handle, byref(described), byref(_settings(rays)), maps, len(estimators)
+
+
 def _settings(rays: Rays) -> api.TraceSettings:
     vector = ctypes.c_float * 3
     camera = rays.camera or Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
@@ -184,10 +175,6 @@ def _settings(rays: Rays) -> api.TraceSettings:
         vector(*camera.position),
         vector(*camera.forward),
     )
-
-
-def _maps(estimators: Sequence[Estimator]) -> ctypes.Array[api.Map]:
-    return (api.Map * len(estimators))(*(api.Map(e.sampler, e.axis, e.exponent) for e in estimators))
 
 
 def _rows(images: Floats) -> ctypes.Array[c_void_p]:

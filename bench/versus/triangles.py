@@ -7,7 +7,6 @@ import json
 import statistics
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -15,7 +14,7 @@ import bpy
 from ...addon.leave import leave
 from ...core.bake import Settings
 from ..ours import bake_here
-from ..pages import machine
+from ..pages import machine, peak_memory
 from .scenes import add_net, sculpted
 from .store import Rows
 
@@ -63,7 +62,7 @@ def _in_child(side: int, rounds: int) -> Any:
 def _child(side: int, rounds: int) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     add_net(bpy.context.scene, "Sculpt", sculpted(side))
-    before, rays, totals = _peak(), [], []
+    before, rays, totals = peak_memory(), [], []
     settings = Settings(width=SIZE, height=SIZE, rays=RAYS, filtered=False, margin=0)
     for _ in range(rounds):
         seconds, results, _ = bake_here(["Sculpt"], settings)
@@ -71,13 +70,7 @@ def _child(side: int, rounds: int) -> None:
         rays.append(baked.seconds["trace"] / (RAYS * baked.texels))
         totals.append(seconds)
     found = {"triangles": 2 * (side - 1) ** 2, "ray": statistics.median(rays), "seconds": statistics.median(totals)}
-    print(json.dumps({**found, "before": before, "peak": _peak()}))
-
-
-def _peak() -> float:
-    """GB. Not ru_maxrss, which a process takes over from the one that started it."""
-    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1048576.0
+    print(json.dumps({**found, "before": before, "peak": peak_memory()}))
 
 
 if __name__ == "__main__":

@@ -18,7 +18,6 @@ namespace {
 // A cluster holds what lies within so many spacings of its first point. A block of 4 x 4 texels without a seam is one.
 constexpr float kClusterReach = 8.0F;
 constexpr float kLeastCosine = 0.25F; // between normals within a cluster
-constexpr float kFilterReach = 6.5F;  // the filter's radius, in spacings
 constexpr size_t kMostNear = 96;      // clusters near one; of more the farthest are left out
 constexpr float kEvenSpacing = 2.0F;  // surfaces whose texels differ by more in size do not mix
 
@@ -290,7 +289,7 @@ private:
 
   void look_at_level(int level, float largest, const Bounds &own, std::vector<std::pair<float, int32_t>> &found) const {
     const double cell = std::ldexp(1.0, level);
-    const auto reach = static_cast<double>(own.radius + kFilterReach * own.spacing + largest);
+    const auto reach = static_cast<double>(own.radius + kFilterRadius * own.spacing + largest);
     int64_t low[3];
     int64_t high[3];
     for (int axis = 0; axis < 3; ++axis) {
@@ -313,7 +312,7 @@ private:
     }
     for (auto i = static_cast<size_t>(begin); i < entries_.size() && entries_[i].cell == cell; ++i) {
       const Bounds &other = entries_[i];
-      const float reach = own.radius + other.radius + kFilterReach * own.spacing;
+      const float reach = own.radius + other.radius + kFilterRadius * own.spacing;
       const float ratio = other.spacing / own.spacing;
       const float away = distance2(own.centre, other.centre);
       if (away <= reach * reach && ratio <= kEvenSpacing && ratio * kEvenSpacing >= 1.0F &&

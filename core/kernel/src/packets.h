@@ -11,8 +11,9 @@
 
 namespace ob {
 
-constexpr int kLanes = 16; // texels of a group: a 4 x 4 block, in Morton order
-constexpr int kFeet = 36;  // footprint points of a texel in one chunk of rays, at most
+constexpr int kLanes = 16;            // texels of a group: a 4 x 4 block, in Morton order
+constexpr float kFilterRadius = 6.5F; // in spacings
+constexpr int kFeet = 36;             // footprint points of a texel in one chunk of rays, at most
 
 // Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set. Their alignment is
 // spelt out, or each build would have its own.

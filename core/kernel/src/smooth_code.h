@@ -12,8 +12,7 @@
 namespace ob {
 namespace {
 
-constexpr float kGuideRadius = 3.0F; // in spacings
-constexpr float kRadius = 6.5F;
+constexpr float kGuideRadius = 3.0F;      // in spacings
 constexpr float kTolerance = 3.5F * 3.5F; // squared difference of guides, in their variances, at which weights are 1/e
 constexpr float kFlatness = 1.0F;         // squared distance from the tangent planes, in spacings, for 1/e
 constexpr float kRidge = 0.3F;            // added to the spread of the places: a plane is not tilted by two points
@@ -174,30 +173,42 @@ Lanes relative_precision(const Signal &own, Lanes variance) {
   return (own.variance + own.rough + 1e-9F) / (variance + own.rough + 1e-9F);
 }
 
-void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
+// Every point near a cluster that has rays, and what it is from there: visit(signal, lane, x, y, distance, inside), the
+// last four as `Around::look` gives them.
+template <typename Visit>
+void look_around(const Neighbours &all_of, int64_t index, const Signal *signals, float radius, Visit visit) {
   const Cluster &cluster = all_of.clusters[index];
-  Signal &own = signals[index];
-  const Around around(cluster, kGuideRadius, all_of.sharpness);
-  Moments m{};
-  Lanes noise{};
+  const Around around(cluster, radius, all_of.sharpness);
   for (int64_t k = all_of.first[index]; k < all_of.first[index + 1]; ++k) {
     const Cluster &other = all_of.clusters[all_of.near[k]];
     const Signal &theirs = signals[all_of.near[k]];
-    if (apart(cluster, other, kGuideRadius)) {
+    if (apart(cluster, other, radius)) {
       continue;
     }
-    for (uint32_t bits = within_reach(cluster, other, theirs.precision, kGuideRadius); bits != 0; bits &= bits - 1) {
+    for (uint32_t bits = within_reach(cluster, other, theirs.precision, radius); bits != 0; bits &= bits - 1) {
       const int j = __builtin_ctz(bits);
       Lanes x;
       Lanes y;
       Lanes distance;
       Lanes inside;
       around.look(other, j, x, y, distance, inside);
-      const Lanes w = inside * falloff(distance);
-      add(m, w, x, y, theirs.value[j] - own.value, all(1.0F / theirs.precision[j])); // in units of the noise
-      noise += w * theirs.noise[j];
+      visit(theirs, j, x, y, distance, inside);
     }
   }
+}
+
+void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
+  Signal &own = signals[index];
+  Moments m{};
+  Lanes noise{};
+  look_around(
+      all_of, index, signals, kGuideRadius,
+      [&](const Signal &theirs, int j, const Lanes &x, const Lanes &y, const Lanes &distance, const Lanes &inside) {
+        const Lanes w = inside * falloff(distance);
+        const Lanes variance = all(1.0F / theirs.precision[j]); // in units of the noise
+        add(m, w, x, y, theirs.value[j] - own.value, variance);
+        noise += w * theirs.noise[j];
+      });
   const LaneMask sampled = own.precision > 0.0F;
   const Fit fit = fitted(m);
   own.variance = noise / at_least(m.w, all(1e-20F));
@@ -209,30 +220,20 @@ void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
 }
 
 void smooth(const Neighbours &all_of, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
-  const Cluster &cluster = all_of.clusters[index];
   const Signal &own = signals[index];
-  const Around around(cluster, kRadius, all_of.sharpness);
   Moments m{};
-  for (int64_t k = all_of.first[index]; k < all_of.first[index + 1]; ++k) {
-    const Cluster &other = all_of.clusters[all_of.near[k]];
-    const Signal &theirs = signals[all_of.near[k]];
-    for (uint32_t bits = within_reach(cluster, other, theirs.precision, kRadius); bits != 0; bits &= bits - 1) {
-      const int j = __builtin_ctz(bits);
-      Lanes x;
-      Lanes y;
-      Lanes distance;
-      Lanes inside;
-      around.look(other, j, x, y, distance, inside);
-      const Lanes difference = theirs.guide[j] - own.guide;
-      const Lanes allowed = kTolerance * (own.guide_error + theirs.guide_error[j] + kLeastVariance);
-      // The noise of the values is taken as it is here: weights by their own would prefer those where it happens to be
-      // small, and these are the open ones.
-      const Lanes variance = own.variance / theirs.precision[j];
-      const Lanes precision = relative_precision(own, variance);
-      const Lanes w = inside * falloff(distance + difference * difference / allowed) * precision;
-      add(m, w, x, y, theirs.value[j] - own.guide, variance);
-    }
-  }
+  look_around(
+      all_of, index, signals, kFilterRadius,
+      [&](const Signal &theirs, int j, const Lanes &x, const Lanes &y, const Lanes &distance, const Lanes &inside) {
+        const Lanes difference = theirs.guide[j] - own.guide;
+        const Lanes allowed = kTolerance * (own.guide_error + theirs.guide_error[j] + kLeastVariance);
+        // The noise of the values is taken as it is here: weights by their own would prefer those where it
+        // happens to be small, and these are the open ones.
+        const Lanes variance = own.variance / theirs.precision[j];
+        const Lanes precision = relative_precision(own, variance);
+        const Lanes w = inside * falloff(distance + difference * difference / allowed) * precision;
+        add(m, w, x, y, theirs.value[j] - own.guide, variance);
+      });
   const LaneMask sampled = own.precision > 0.0F;
   const LaneMask lonely = m.w <= 0.0F;
   const Fit fit = fitted(m);
