@@ -9,7 +9,7 @@ import sys
 
 from ..addon.leave import leave
 from ..core.version import version
-from . import agreement, charting, memory, share, speed
+from . import agreement, charting, choices, memory, share, speed
 from .pages import Page
 
 PAGE = Page(
@@ -22,6 +22,7 @@ PAGE = Page(
         "speed": (speed.measure, speed.page),
         "agreement": (agreement.measure, agreement.page),
         "share": (share.measure, share.page),
+        "choices": (choices.measure, choices.page),
         "memory": (memory.measure, memory.page),
         "charts": (charting.measure, charting.page),
     },

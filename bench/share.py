@@ -22,7 +22,16 @@ RAYS = (16, 64, 256)
 
 
 def measure(chosen: argparse.Namespace) -> dict[str, Any]:
-    """Build the counting kernel beside the installed one and bake each scene's first target with it."""
+    """Bake each scene's first target with the counting kernel."""
+    command = [sys.executable, "-m", "occlusion_bake.bench.share"]
+    answer = subprocess.run(command, env=with_profile_build(), check=True, capture_output=True, text=True).stdout
+    result: dict[str, Any] = json.loads(answer.splitlines()[-1])
+    print(result)
+    return result
+
+
+def with_profile_build() -> dict[str, str]:
+    """Build the kernel for profiling, beside the installed one; the environment of a process that uses it."""
     folder = ROOT / "build" / "figures" / "profile"
     package = folder / "occlusion_bake_kernel"
     package.mkdir(parents=True, exist_ok=True)
@@ -37,12 +46,7 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
         [sys.executable, "-c", build_it, str(package)], env=environment, check=True, stdout=subprocess.DEVNULL
     )
     paths = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH", "")]))
-    environment = {**os.environ, "PYTHONPATH": paths}
-    command = [sys.executable, "-m", "occlusion_bake.bench.share"]
-    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
-    result: dict[str, Any] = json.loads(answer.splitlines()[-1])
-    print(result)
-    return result
+    return {**os.environ, "PYTHONPATH": paths}
 
 
 def page(result: dict[str, Any]) -> list[str]:

@@ -57,6 +57,7 @@ std::string load_embree(const char *path, Embree &embree) {
   get("rtcNewScene", embree.new_scene);
   get("rtcReleaseScene", embree.release_scene);
   get("rtcSetSceneFlags", embree.set_scene_flags);
+  get("rtcSetSceneBuildQuality", embree.set_scene_build_quality);
   get("rtcSetSceneProgressMonitorFunction", embree.set_scene_progress_monitor);
   get("rtcCommitScene", embree.commit_scene);
   get("rtcGetSceneBounds", embree.get_scene_bounds);

@@ -1,6 +1,7 @@
 // The body of packets_*.cpp; see packets.h.
 #pragma once
 
+#include "levers.h"
 #include "packets.h"
 #include "sobol.h"
 
@@ -185,8 +186,9 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
            int64_t &embree_cycles) {
   Rays<W> rays[kLanes / W];
   prepare<W>(rays);
-  RTCOccludedArguments arguments{RTC_RAY_QUERY_FLAG_COHERENT, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE,
-                                 nullptr, nullptr, nullptr};
+  const int flags = lever("OCCLUSION_QUERY_FLAGS", RTC_RAY_QUERY_FLAG_COHERENT);
+  RTCOccludedArguments arguments{flags, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE, nullptr, nullptr,
+                                 nullptr};
   PacketSums total{};
   alignas(64) int32_t valid[kLanes];
   for (int32_t k = 0; k < packet.rays; ++k) {

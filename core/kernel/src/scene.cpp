@@ -4,6 +4,7 @@
 #include <cstring>
 #include <new>
 
+#include "levers.h"
 #include "parallel.h"
 #include "status.h"
 
@@ -33,7 +34,8 @@ Geometry::Geometry(std::shared_ptr<Device> owner)
     throw_no_memory(*device);
   }
   // Robust: no ray slips between two triangles that share an edge.
-  device->embree.set_scene_flags(handle, RTC_SCENE_FLAG_ROBUST);
+  device->embree.set_scene_flags(handle, lever("OCCLUSION_SCENE_FLAGS", RTC_SCENE_FLAG_ROBUST));
+  device->embree.set_scene_build_quality(handle, lever("OCCLUSION_BUILD_QUALITY", RTC_BUILD_QUALITY_MEDIUM));
 }
 
 Geometry::~Geometry() { device->embree.release_scene(handle); }

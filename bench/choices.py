@@ -1,0 +1,168 @@
+"""What the kernel's choices cost and gain, one turned at a time, in a build for profiling (kernel/src/levers.h)."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..addon.extract import extract
+from ..addon.leave import leave
+from ..core.embree import Device, open_device
+from ..core.estimators import AO
+from ..core.occluders import Occluders
+from ..core.progress import Progress
+from ..core.scene import Floats, Scene, surface_of, zero_area
+from ..core.texels import rasterize
+from ..core.tracer import Rays, trace
+from .pages import MODELS
+from .share import with_profile_build
+from .versus.scenes import build
+
+SIZE, RAYS = 512, (16, 64)
+SCENES = ("suzanne", "thinwall", "foliage", "instances", "sculpt")
+
+
+@dataclass(frozen=True)
+class Choice:
+    """One way to trace. levers: of levers.h. distance: as a share of the object's diagonal, 0 for no limit."""
+
+    group: str
+    name: str
+    width: int = 16
+    distance: float = 0.0
+    levers: dict[str, str] = field(default_factory=dict)
+
+
+SHIPS = Choice("as it ships", "packets of 16, robust, medium quality, coherent, no limit")
+CHOICES = (
+    SHIPS,
+    *(replace(SHIPS, group="packet width", name=str(width), width=width) for width in (8, 4, 1)),
+    replace(SHIPS, group="robust", name="off", levers={"OCCLUSION_SCENE_FLAGS": "0"}),
+    replace(SHIPS, group="tree quality", name="low", levers={"OCCLUSION_BUILD_QUALITY": "0"}),
+    replace(SHIPS, group="tree quality", name="high", levers={"OCCLUSION_BUILD_QUALITY": "2"}),
+    replace(SHIPS, group="query flag", name="incoherent", levers={"OCCLUSION_QUERY_FLAGS": "0"}),
+    replace(SHIPS, group="distance", name="10 % of the diagonal", distance=0.1),
+    replace(SHIPS, group="distance", name="1 % of the diagonal", distance=0.01),
+)
+
+# By hand: code that was tried and not kept cannot be measured again by a script.
+TRIED = (
+    "Tried and left: the rays of a tile of 8 x 8 texels sorted by direction (cells of an octahedron, a counting sort "
+    "of 1024 to 4096 rays) before they are put into packets. At 8 to 32 rays a texel, 1024x1024: 1.1 to 1.25 times the "
+    "rays a second on `suzanne` and `foliage`, 1.0 on the bench's `part`, 0.75 to 0.95 on its `gaps` and on "
+    "`thinwall`. Where triangles are smaller than texels (`sculpt`) it gained 1.0 to 1.15 at most: what lies next to "
+    "the texels parts the lanes, whichever way they go."
+)
+
+
+def measure(chosen: argparse.Namespace) -> dict[str, Any]:
+    """Every scene in a process of its own."""
+    environment = with_profile_build()
+    result = {}
+    for scene in SCENES:
+        command = [sys.executable, "-m", "occlusion_bake.bench.choices", scene, str(chosen.rounds)]
+        answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
+        result[scene] = json.loads(answer.splitlines()[-1])
+        print(scene, result[scene], flush=True)
+    return result
+
+
+def page(result: dict[str, Any]) -> list[str]:
+    """The section of the page."""
+    few, many = RAYS
+    lines = [
+        "## The kernel's choices",
+        "",
+        f"AO, {SIZE}x{SIZE}, one choice turned at a time, runs alternating. Rays a second as many times those of what "
+        f"ships, at {few} and at {many} rays a texel; build: seconds for the tree, as many times those; differ: the "
+        "share of texels whose value is another.",
+    ]
+    for scene, rows in result.items():
+        there = {(group, name): row for group, name, *row in rows}
+        ship = there[SHIPS.group, SHIPS.name]
+        lines += [
+            "",
+            f"`{scene}`: {ship[0]:.1f} and {ship[1]:.1f} million rays a second, tree {ship[2]:.2f} s as it ships "
+            f"({SHIPS.name}).",
+            "",
+            f"| | | {few} rays | {many} rays | build | differ |",
+            "|---|---|---|---|---|---|",
+        ]
+        for group, each in groupby(rows[1:], key=lambda row: row[0]):
+            for _, name, rate_few, rate_many, seconds, differ in each:
+                ratios = f"{rate_few / ship[0]:.2f} | {rate_many / ship[1]:.2f} | {seconds / max(ship[2], 1e-9):.2f}"
+                lines.append(f"| {group} | {name} | {ratios} | {100.0 * differ:.2f} % |")
+    return [*lines, "", TRIED]
+
+
+def _child(name: str, rounds: int) -> None:
+    target = build(name, MODELS).targets[0]
+    scene = extract(bpy.context, bpy.context.view_layer, [target])
+    device = open_device(0)
+    runs: list[list[_Run]] = [[] for _ in CHOICES]
+    for _ in range(rounds):
+        for choice, row in zip(CHOICES, runs, strict=True):
+            row.append(_run(scene, device, choice))
+    ship = runs[0][0].values
+    print(json.dumps([_row(choice, row, ship) for choice, row in zip(CHOICES, runs, strict=True)]))
+
+
+@dataclass(frozen=True, eq=False)
+class _Run:
+    rates: tuple[float, ...]  # million rays a second
+    build: float  # seconds
+    values: Floats
+
+
+def _row(choice: Choice, runs: list[_Run], ship: Floats) -> list[Any]:
+    rates = [statistics.median(run.rates[index] for run in runs) for index in range(len(RAYS))]
+    differ = float(np.mean(runs[0].values != ship)) if not choice.distance else 0.0
+    return [choice.group, choice.name, *rates, statistics.median(run.build for run in runs), differ]
+
+
+def _run(scene: Scene, device: Device, choice: Choice) -> _Run:
+    target = scene.targets[0]
+    with _turned(choice.levers):
+        start = time.perf_counter()
+        frame = Occluders(device, scene.occluders, np.inf).frame_for(target, Progress())
+        seconds = time.perf_counter() - start
+        surface = surface_of(target, frame.origin)
+        assert target.mesh.uv is not None
+        owner = rasterize(target.name, target.mesh.uv, SIZE, SIZE, skip=zero_area(target.mesh)).owner
+        diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
+        distance = choice.distance * diagonal if choice.distance else np.inf
+        texels = np.count_nonzero(owner >= 0)
+        rates = []
+        for count in RAYS:
+            start = time.perf_counter()
+            sums = trace(frame.scene, surface, owner, (AO,), Rays(count, 1, distance, 0, choice.width), halves=False)
+            rates.append(texels * count / (time.perf_counter() - start) / 1e6)
+    return _Run(tuple(rates), seconds, sums.all[0][owner >= 0])
+
+
+@contextmanager
+def _turned(levers: dict[str, str]) -> Iterator[None]:
+    os.environ.update(levers)
+    try:
+        yield
+    finally:
+        for name in levers:
+            del os.environ[name]
+
+
+if __name__ == "__main__":
+    _child(sys.argv[1], int(sys.argv[2]))
+    leave(0)
