@@ -8,7 +8,9 @@ from dataclasses import dataclass
 from ...core.version import version
 from .bakers import CYCLES, CYCLES_DEFAULT, OURS, OURS_ERROR, PEERS
 from .curves import Ratio, geometric_mean, ratio_at
+from .measure import LONG
 from .plots import GOALS
+from .scenes import MODELS, SCENES
 from .store import Point, Record
 from .words import ABOUT, HOW, NOT_EQUAL, RULES
 
@@ -35,7 +37,7 @@ class Cell:
 def lines_of(records: Sequence[Record], sections: Sequence[Sequence[str]], pictures: bool = True) -> list[str]:
     """The whole page. sections: those that are no scenes."""
     cells = list(_cells(records))
-    lines = [f"# Speed against error\n\nOcclusion Bake {version()}. {ABOUT}", "", *_machines(records), "", HOW]
+    lines = [f"# Speed against error\n\nOcclusion Bake {version()}. {ABOUT}", "", *_machines(records), *_short_of_all(records), "", HOW]
     for size in sorted({record.size for record in records}):
         lines += ["", *_summary(size, [cell for cell in cells if cell.record.size == size])]
     lines += ["", *_losses(cells), "", "## Scenes", "", RULES]
@@ -77,6 +79,17 @@ def _machines(records: Sequence[Record]) -> list[str]:
     everything = len(found) == 1
     state = f"- State of our code: {', '.join(codes)}{'.' if len(codes) == 1 else '; not the same in all points.'}"
     return [state] + [f"- {text}{'' if everything else ': ' + ', '.join(names)}" for text, names in found.items()]
+
+
+def _short_of_all(records: Sequence[Record]) -> list[str]:
+    """How many rounds there were, and what was not measured at all."""
+    rounds = sorted({len(point.runs) for record in records for point in record.points if point.seconds <= LONG})
+    lines = [f"- Rounds: {' and '.join(map(str, rounds))}; one of what takes over {LONG:.0f} s."]
+    for size in sorted({record.size for record in records}):
+        there = {record.scene for record in records if record.size == size}
+        if missing := [f"`{name}`" for name in (*SCENES, *MODELS) if name not in there]:
+            lines.append(f"- Not measured at {size}x{size}: {', '.join(missing)}.")
+    return lines
 
 
 def _summary(size: int, cells: Sequence[Cell]) -> list[str]:
