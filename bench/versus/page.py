@@ -37,7 +37,8 @@ class Cell:
 def lines_of(records: Sequence[Record], sections: Sequence[Sequence[str]], pictures: bool = True) -> list[str]:
     """The whole page. sections: those that are no scenes."""
     cells = list(_cells(records))
-    lines = [f"# Speed against error\n\nOcclusion Bake {version()}. {ABOUT}", "", *_machines(records), *_short_of_all(records), "", HOW]
+    about = [*_machines(records), *_short_of_all(records)]
+    lines = [f"# Speed against error\n\nOcclusion Bake {version()}. {ABOUT}", "", *about, "", HOW]
     for size in sorted({record.size for record in records}):
         lines += ["", *_summary(size, [cell for cell in cells if cell.record.size == size])]
     lines += ["", *_losses(cells), "", "## Scenes", "", RULES]
