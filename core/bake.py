@@ -219,15 +219,16 @@ class _Bench:
         goal, estimators = self._settings.goal, self._settings.estimators
         with _timed(seconds, "trace"):
             sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not goal.plain)
+        halves = sums.first_half if sums.first_half is not None else [None] * len(estimators)
+        openings = list(zip(sums.all, halves, strict=True))
+        del sums, halves  # as large as the image: `solve` lets go of them once it has read them
+        solved = []
         with _timed(seconds, "solve"):
-            return [
-                solve(
-                    (sums.all[index], None if sums.first_half is None else sums.first_half[index]),
-                    *(self._owner, goal, estimator.exponent, self._settings.seed),
-                    self._means(estimator, seconds),
-                )
-                for index, estimator in enumerate(estimators)
-            ]
+            for estimator in estimators:
+                means = self._means(estimator, seconds)
+                seed = self._settings.seed
+                solved.append(solve(openings.pop(0), self._owner, goal, estimator.exponent, seed, means))
+        return solved
 
     def _means(self, estimator: Estimator, seconds: dict[str, float]) -> Means:
         rounds, draws = count(1), count(_PROBES)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 3
+ABI_VERSION = 4
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -77,6 +77,10 @@ class Signal(Structure):
     ]
 
 
+class Slab(Structure):
+    _fields_ = [("low", c_float), ("high", c_float), ("axis", c_int32)]
+
+
 _HANDLE = c_void_p
 _CONTROL = POINTER(Control)
 _MESH = [c_void_p, c_int64, c_void_p, c_int64]
@@ -100,7 +104,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
         *[c_void_p, c_int64, POINTER(c_void_p), _CONTROL],
     ],
-    "ob_field_build": [POINTER(Surface), c_int32, _CONTROL, POINTER(_HANDLE)],
+    "ob_field_build": [POINTER(Surface), POINTER(Slab), c_int32, _CONTROL, POINTER(_HANDLE)],
     "ob_field_filter": [_HANDLE, POINTER(Signal), _CONTROL],
     "ob_inside": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],

@@ -108,6 +108,7 @@ def solve(
         return _solved(values, covered, probed.error(values), count * goal.rays)
     rounds = _Rounds(owner, covered, goal, exponent, means)
     rounds.open(opening)
+    del opening  # as large as the image
     probed = _probe(rounds.expected, covered, goal, seed, means, rounds.rays)
     error = probed.error(rounds.values)
     while goal.error is not None and not error.within(goal.error) and rounds.go_on(probed, error):

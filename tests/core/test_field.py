@@ -199,3 +199,21 @@ def test_a_thin_gap_keeps_its_shadow(gap: float, shapes: Any, bake_one: Any) -> 
         return float(np.sqrt(np.mean((values - truth.maps["ao"].values)[near] ** 2)))
 
     assert error(sharp) < 1.2 * error(plain) + 0.002
+
+
+@pytest.mark.parametrize("most", [200, 1000])
+def test_a_field_in_parts_is_the_same_field(most: int, shapes: Any) -> None:
+    """An image too large to be held at once: every texel once, by the same neighbours."""
+    sheet = Sheet(shapes, shapes.sphere())
+    noisy = ramp(sheet) + 0.05 * np.random.default_rng(8).standard_normal(sheet.owner.shape)
+    whole = sheet.filter(noisy, 0.05**2)
+    sheet.field = Field(sheet.surface, sheet.owner, most=most)
+    assert_allclose(sheet.filter(noisy, 0.05**2), whole, atol=1e-6)
+
+
+def test_parts_of_a_surface_without_extent(shapes: Any) -> None:
+    """All texels in one place: one part, however many they are."""
+    sheet = Sheet(shapes, shapes.plane(1e-30))
+    values = np.full(sheet.owner.shape, 0.25)
+    sheet.field = Field(sheet.surface, sheet.owner, most=100)
+    assert_allclose(sheet.filter(values, 0.1)[sheet.owned], 0.25, atol=1e-6)

@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 3 };
+enum { OB_ABI_VERSION = 4 };
 
 enum ob_status {
   OB_OK = 0,
@@ -114,6 +114,12 @@ typedef struct ob_signal {
   int32_t threads;
 } ob_signal;
 
+/* What lies between two planes: from `low` on and below `high` along an axis, 0 to 2. */
+typedef struct ob_slab {
+  float low, high;
+  int32_t axis;
+} ob_slab;
+
 typedef struct ob_device ob_device;
 typedef struct ob_mesh ob_mesh;
 typedef struct ob_scene ob_scene;
@@ -153,8 +159,10 @@ OB_API int32_t ob_rasterize(const float *uv, int64_t triangle_count, const uint8
 OB_API int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals);
 
 /* The points of a surface's texels and which of them are near one another on it: across the seams of charts, never
- * round an edge or through a wall. Keeps nothing of the surface. */
-OB_API int32_t ob_field_build(const ob_surface *surface, int32_t threads, ob_control *control, ob_field **field);
+ * round an edge or through a wall. slab: only what lies in it is filtered, and no more is kept than that looks at;
+ * NULL: everything. Keeps nothing of the surface. */
+OB_API int32_t ob_field_build(const ob_surface *surface, const ob_slab *slab, int32_t threads, ob_control *control,
+                              ob_field **field);
 OB_API void ob_field_free(ob_field *field);
 
 /* Filters one map over the field: local regression of first order with weights by place, normal and noise. Same inputs,

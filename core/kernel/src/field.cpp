@@ -19,7 +19,9 @@ namespace {
 constexpr float kClusterReach = 8.0F;
 constexpr float kLeastCosine = 0.25F; // between normals within a cluster
 constexpr size_t kMostNear = 96;      // clusters near one; of more the farthest are left out
-constexpr float kEvenSpacing = 2.0F;  // surfaces whose texels differ by more in size do not mix
+constexpr float kHalo = 32.0F;        // spacings beyond a slab that clusters in it look at: those near, and near those
+constexpr ob_slab kEverywhere = {-INFINITY, INFINITY, 0};
+constexpr float kEvenSpacing = 2.0F; // surfaces whose texels differ by more in size do not mix
 
 float distance2(const float *a, const float *b) {
   const float x = a[0] - b[0];
@@ -146,7 +148,14 @@ bool take_cluster(Points &points, Cluster &cluster) {
   return true;
 }
 
-void cluster_row(const ob_surface &surface, int32_t tile_y, const PacketCode &code, std::vector<Cluster> &clusters) {
+bool within(const Cluster &cluster, const ob_slab &slab, float halo) {
+  const float place = cluster.centre[slab.axis];
+  const float more = halo * cluster.spacing;
+  return place >= slab.low - more && place < slab.high + more;
+}
+
+void cluster_row(const ob_surface &surface, const ob_slab &slab, int32_t tile_y, const PacketCode &code,
+                 std::vector<Cluster> &clusters) {
   const int32_t wide = (surface.width + kTile - 1) / kTile;
   const auto group = std::make_unique<Group>();
   const auto frames = std::make_unique<Frames>();
@@ -156,7 +165,9 @@ void cluster_row(const ob_surface &surface, int32_t tile_y, const PacketCode &co
     for (int block = 0; block < kGroups; ++block) {
       if (read_points(surface, tile_x, tile_y, block, code, *group, *frames, points)) {
         while (take_cluster(points, cluster)) {
-          clusters.push_back(cluster);
+          if (within(cluster, slab, kHalo)) {
+            clusters.push_back(cluster);
+          }
         }
       }
     }
@@ -178,14 +189,15 @@ template <typename Item> std::vector<Item> joined(std::vector<std::vector<Item>>
   return all;
 }
 
-std::vector<Cluster> find_clusters(const ob_surface &surface, int32_t threads, ob_control *control) {
+std::vector<Cluster> find_clusters(const ob_surface &surface, const ob_slab &slab, int32_t threads,
+                                   ob_control *control) {
   const PacketCode &code = choose_code(kLanes);
   const int32_t high = (surface.height + kTile - 1) / kTile;
   std::vector<std::vector<Cluster>> rows(static_cast<size_t>(high));
   begin(control, high);
   run_parallel(thread_count(threads), high, [&](auto next) {
     for (int64_t row = next(); row >= 0 && !cancelled(control); row = next()) {
-      cluster_row(surface, static_cast<int32_t>(row), code, rows[static_cast<size_t>(row)]);
+      cluster_row(surface, slab, static_cast<int32_t>(row), code, rows[static_cast<size_t>(row)]);
       advance(control, 1);
     }
   });
@@ -356,7 +368,7 @@ void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
 }
 
 int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, ob_field &field) {
-  field.clusters = find_clusters(surface, threads, control);
+  field.clusters = find_clusters(surface, field.slab, threads, control);
   if (!cancelled(control)) {
     find_neighbours(field, threads, control);
   }
@@ -418,6 +430,9 @@ int32_t filter(const ob_field &field, const ob_signal &images, ob_control *contr
   for_all([&](int64_t i) { code.guide(neighbours, i, signals.data()); });
   for_all([&](int64_t i) {
     const Cluster &cluster = field.clusters[static_cast<size_t>(i)];
+    if (!within(cluster, field.slab, 0.0F)) {
+      return;
+    }
     Lanes value{};
     Lanes error{};
     if (images.plain != 0) {
@@ -435,7 +450,8 @@ int32_t filter(const ob_field &field, const ob_signal &images, ob_control *contr
 
 extern "C" {
 
-int32_t ob_field_build(const ob_surface *surface, int32_t threads, ob_control *control, ob_field **field) {
+int32_t ob_field_build(const ob_surface *surface, const ob_slab *slab, int32_t threads, ob_control *control,
+                       ob_field **field) {
   return ob::guarded([&]() -> int32_t {
     if (const char *wrong = ob::surface_complaint(surface)) {
       return ob::fail(OB_INVALID, wrong);
@@ -443,7 +459,11 @@ int32_t ob_field_build(const ob_surface *surface, int32_t threads, ob_control *c
     if (field == nullptr) {
       return ob::fail(OB_INVALID, "ob_field_build without a place for its result");
     }
+    if (slab != nullptr && !(slab->low < slab->high && slab->axis >= 0 && slab->axis < 3)) {
+      return ob::fail(OB_INVALID, "a slab goes from low to high along axis 0, 1 or 2");
+    }
     auto built = std::make_unique<ob_field>();
+    built->slab = slab != nullptr ? *slab : ob::kEverywhere;
     const int32_t status = ob::build(*surface, threads, control, *built);
     if (status == OB_OK) {
       *field = built.release();

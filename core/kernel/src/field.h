@@ -7,6 +7,7 @@
 #include "packets.h"
 
 struct ob_field {
+  ob_slab slab; // clusters in it are filtered, the others looked at
   std::vector<ob::Cluster> clusters;
   std::vector<int64_t> first; // one more than there are clusters
   std::vector<int32_t> near;

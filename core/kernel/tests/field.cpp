@@ -4,7 +4,7 @@
 static Field field_of(const Target &target, int32_t threads = 2) {
   const ob_surface surface = target.surface();
   ob_field *field = nullptr;
-  must(ob_field_build(&surface, threads, nullptr, &field));
+  must(ob_field_build(&surface, nullptr, threads, nullptr, &field));
   return Field(field);
 }
 
@@ -77,10 +77,10 @@ static void test_broken_places(Mesh mesh) {
 static void test_refusals(const Target &target) {
   const ob_surface surface = target.surface();
   ob_field *none = nullptr;
-  CHECK_EQUAL(ob_field_build(nullptr, 1, nullptr, &none), OB_INVALID);
-  CHECK_EQUAL(ob_field_build(&surface, 1, nullptr, nullptr), OB_INVALID);
+  CHECK_EQUAL(ob_field_build(nullptr, nullptr, 1, nullptr, &none), OB_INVALID);
+  CHECK_EQUAL(ob_field_build(&surface, nullptr, 1, nullptr, nullptr), OB_INVALID);
   ob_control cancelled{1, 0, 0, 0};
-  CHECK_EQUAL(ob_field_build(&surface, 1, &cancelled, &none), OB_CANCELLED);
+  CHECK_EQUAL(ob_field_build(&surface, nullptr, 1, &cancelled, &none), OB_CANCELLED);
   CHECK(none == nullptr);
   const Field field = field_of(target);
   Images images(target.owner.size());
@@ -88,6 +88,9 @@ static void test_refusals(const Target &target) {
   CHECK_EQUAL(ob_field_filter(nullptr, &signal, nullptr), OB_INVALID);
   CHECK_EQUAL(ob_field_filter(field.get(), nullptr, nullptr), OB_INVALID);
   CHECK_EQUAL(ob_field_filter(field.get(), &signal, &cancelled), OB_CANCELLED);
+  for (const ob_slab &slab : {ob_slab{0.0F, 0.0F, 0}, ob_slab{0.0F, 1.0F, 3}, ob_slab{0.0F, NAN, 0}}) {
+    CHECK_EQUAL(ob_field_build(&surface, &slab, 1, nullptr, &none), OB_INVALID);
+  }
   signal.sharpness = -1.0F;
   CHECK_EQUAL(ob_field_filter(field.get(), &signal, nullptr), OB_INVALID);
   signal = images.signal();
