@@ -1,7 +1,7 @@
 """Pages of the documentation that are written from measurements, a section at a time.
 
-Each section runs in a process of its own and keeps its result in build/, so that a long run may be taken up again; the
-page is written from whatever is there.
+Each section runs in a process of its own and keeps its result in build/, so that a long run may be taken up again.
+Sections of which there is no result stay as the page has them.
 """
 
 from __future__ import annotations
@@ -74,18 +74,31 @@ class Page:
         (self.results / f"{name}.json").write_text(json.dumps(result, indent=1), encoding="utf-8")
 
     def _write(self) -> None:
-        lines = [f"# {self.title}", "", self.about]
+        page = ROOT / self.path
+        chapters = _chapters(page.read_text(encoding="utf-8").splitlines()) if page.exists() else {}
         for name, (_, write) in self.sections.items():
             file = self.results / f"{name}.json"
             if not file.exists():
-                print(f"{name}: not measured, so not on the page")
+                print(f"{name}: not measured, so the page keeps what it has of it")
                 continue
             kept = json.loads(file.read_text(encoding="utf-8"))
-            lines += ["", *write(kept["result"]), "", f"Measured {kept['measured']} on {kept['machine']}."]
-        page = ROOT / self.path
+            lines = [*write(kept["result"]), "", f"Measured {kept['measured']} on {kept['machine']}."]
+            chapters.update(_chapters(lines))
         page.parent.mkdir(exist_ok=True)
-        page.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        parts = [[f"# {self.title}", "", self.about], *chapters.values()]
+        page.write_text("\n\n".join("\n".join(part).strip("\n") for part in parts) + "\n", encoding="utf-8")
         print(f"wrote {page}")
+
+
+def _chapters(lines: Sequence[str]) -> dict[str, list[str]]:
+    """A page's lines by the headings of the second level; what stands before the first is left out."""
+    chapters: dict[str, list[str]] = {}
+    for line in lines:
+        if line.startswith("## "):
+            chapters[line] = []
+        if chapters:
+            chapters[list(chapters)[-1]].append(line)
+    return chapters
 
 
 def arguments_of(chosen: argparse.Namespace) -> list[str]:

@@ -46,7 +46,7 @@ class Field:
     ) -> None:
         self._surface, self._owner, self._threads = surface, owner, threads
         self._slabs = _slabs(surface, owner, most, threads)
-        self._whole = _Part(surface, owner, None, threads, control) if not self._slabs else None
+        self._whole = _Part(surface, owner, None, threads, control) if self._slabs == [None] else None
 
     def filter(
         self,
@@ -69,7 +69,7 @@ class Field:
         filtered, error = value.copy(), np.zeros_like(value)
         images = (api.address(image, np.float32) for image in (value, noise, precision, filtered, error))
         signal = api.Signal(*images, min(max(_SHARPNESS, exponent), _SHARPEST), int(plain), self._threads)
-        for slab in self._slabs or [None]:
+        for slab in self._slabs:
             part = self._whole or _Part(self._surface, self._owner, slab, self._threads, control)
             api.check(api.library().ob_field_filter(part.handle, byref(signal), pointer_to(control)))
             del part  # before the next one is built
@@ -91,16 +91,16 @@ class _Part:
         api.release_with(self, "ob_field_free", self.handle)
 
 
-def _slabs(surface: Placed, owner: Ints, most: int, threads: int) -> list[api.Slab]:
-    """Slabs across the longest axis, of about as many texels each; none where all texels may be held at once."""
+def _slabs(surface: Placed, owner: Ints, most: int, threads: int) -> list[api.Slab | None]:
+    """Slabs across the longest axis, of about as many texels each; a None where all texels may be held at once."""
     parts = -(-int(np.count_nonzero(owner >= 0)) // most)
     if parts <= 1:
-        return []
+        return [None]
     sample = np.ascontiguousarray(owner[_SAMPLED // 2 :: _SAMPLED, _SAMPLED // 2 :: _SAMPLED])
     places = surface_points(surface, sample, threads=threads)[0][sample >= 0]
     places = places[np.isfinite(places).all(axis=1)]
     if not len(places):
-        return []
+        return [None]
     axis = int(np.argmax(np.ptp(places, axis=0)))
     cuts = np.unique(np.quantile(places[:, axis], np.arange(1, parts) / parts).astype(np.float32)).tolist()
     return [api.Slab(low, high, axis) for low, high in pairwise([-math.inf, *cuts, math.inf])]

@@ -20,6 +20,7 @@ MOST, FEWEST, SHARE = 4096, 256, 4  # probes: one texel of SHARE, but between th
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
 FEWEST_LANE_RAYS, MOST_LANE_RAYS = 8, 512
 _MOST_DOUBT = 0.1  # of a wanted square
+_BAND = 1 << 20  # texels that are looked at together when probes are placed: bounds the memory
 
 Trace = Callable[[NDArray[np.int64], int], Floats]  # texels, rays each → sums, by other rays at each call
 
@@ -88,18 +89,31 @@ def place(expected: Floats, covered: NDArray[np.bool_], seed: int) -> tuple[NDAr
 
     expected: (H, W) float32. Stratified: one texel from each of equal shares of the image, along its rows.
     """
-    texels = np.flatnonzero(covered)
-    count = how_many(len(texels))
+    texels = int(np.count_nonzero(covered))
+    count = how_many(texels)
     if count == 0:
-        return texels.astype(np.int64), np.zeros(0)
-    there = expected.reshape(-1)[texels].astype(np.float64)
-    mean = there.mean()
-    density = 0.5 + 0.5 * there / mean if mean > 0.0 else np.ones(len(texels))
-    ladder = np.cumsum(density)
+        return np.zeros(0, dtype=np.int64), np.zeros(0)
+    mean = float(expected.sum(dtype=np.float64, where=covered)) / texels
+    even, steered = (0.5, 0.5 / mean) if mean > 0.0 else (1.0, 0.0)
     jitter = np.random.default_rng(seed & 0xFFFFFFFFFFFFFFFF).random(count)  # one for all would alias with the rows
-    steps = (np.arange(count) + jitter) * (ladder[-1] / count)
-    chosen = np.minimum(np.searchsorted(ladder, steps, side="right"), len(texels) - 1)
-    return texels[chosen].astype(np.int64), 1.0 / density[chosen]
+    steps = (np.arange(count) + jitter) * ((even + steered * mean) * texels / count)
+    chosen, weight = np.empty(count, dtype=np.int64), np.empty(count)
+    band = max(_BAND // covered.shape[1], 1)
+    done, passed = 0, 0.0  # steps that have their texel, and the height of the ladder below the band
+    for top in range(0, len(covered), band):
+        here = np.flatnonzero(covered[top : top + band])
+        if not len(here):
+            continue
+        density = even + steered * expected[top : top + band].reshape(-1)[here].astype(np.float64)
+        ladder = passed + np.cumsum(density)
+        passed = float(ladder[-1])
+        end = int(np.searchsorted(steps, passed)) if len(here) < texels else count
+        texels -= len(here)
+        index = np.minimum(np.searchsorted(ladder, steps[done:end], side="right"), len(here) - 1)
+        chosen[done:end] = top * covered.shape[1] + here[index]
+        weight[done:end] = 1.0 / density[index]
+        done = end
+    return chosen, weight
 
 
 def rays_for(error: float) -> int:

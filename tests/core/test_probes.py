@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from occlusion_bake.core import probes
 from occlusion_bake.core.probes import LANES, MOST, Probes, draw, how_many, place
 
 SIDE = 128
@@ -100,3 +102,17 @@ def test_probes_that_face_away_are_dropped() -> None:
     probes = draw(np.array([0, 1, 2]), np.ones(3), 4, trace)
     assert list(probes.texels) == [0, 2] and np.all(probes.first == 1.0)
     assert LANES == 16
+
+
+def test_probes_are_placed_alike_whatever_is_looked_at_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bands of rows bound the memory, and decide nothing."""
+    rng = np.random.default_rng(5)
+    covered = rng.random((64, 48)) < 0.6
+    covered[10:30] = False
+    expected = rng.random(covered.shape).astype(np.float32) ** 4
+    whole = probes.place(expected, covered, 9)
+    monkeypatch.setattr(probes, "_BAND", 1)
+    texels, weight = probes.place(expected, covered, 9)
+    assert_array_equal(texels, whole[0])
+    assert_allclose(weight, whole[1])
+    assert covered.reshape(-1)[texels].all()
