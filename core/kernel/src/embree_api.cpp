@@ -64,6 +64,7 @@ std::string load_embree(const char *path, Embree &embree) {
   get("rtcAttachGeometry", embree.attach_geometry);
   get("rtcGetGeometry", embree.get_geometry);
   get("rtcNewGeometry", embree.new_geometry);
+  get("rtcSetGeometryBuildQuality", embree.set_geometry_build_quality);
   get("rtcReleaseGeometry", embree.release_geometry);
   get("rtcCommitGeometry", embree.commit_geometry);
   get("rtcSetNewGeometryBuffer", embree.set_new_geometry_buffer);

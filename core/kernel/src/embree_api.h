@@ -91,6 +91,7 @@ struct Embree {
   unsigned (*attach_geometry)(RTCScene, RTCGeometry);
   RTCGeometry (*get_geometry)(RTCScene, unsigned);
   RTCGeometry (*new_geometry)(RTCDevice, int);
+  void (*set_geometry_build_quality)(RTCGeometry, int);
   void (*release_geometry)(RTCGeometry);
   void (*commit_geometry)(RTCGeometry);
   void *(*set_new_geometry_buffer)(RTCGeometry, int type, unsigned slot, int format, size_t stride, size_t count);

@@ -19,6 +19,9 @@ namespace {
   throw std::bad_alloc();
 }
 
+// Of scenes and of what is in them: a scene of low quality builds each of its meshes at the mesh's own.
+int build_quality() { return lever("OCCLUSION_BUILD_QUALITY", RTC_BUILD_QUALITY_MEDIUM); }
+
 } // namespace
 
 Device::~Device() {
@@ -35,7 +38,7 @@ Geometry::Geometry(std::shared_ptr<Device> owner)
   }
   // Robust: no ray slips between two triangles that share an edge.
   device->embree.set_scene_flags(handle, lever("OCCLUSION_SCENE_FLAGS", RTC_SCENE_FLAG_ROBUST));
-  device->embree.set_scene_build_quality(handle, lever("OCCLUSION_BUILD_QUALITY", RTC_BUILD_QUALITY_MEDIUM));
+  device->embree.set_scene_build_quality(handle, build_quality());
 }
 
 Geometry::~Geometry() { device->embree.release_scene(handle); }
@@ -107,6 +110,7 @@ int32_t add_triangles(const Geometry &scene, const float *vertices, int64_t vert
   }
   const Device &device = *scene.device;
   const RTCGeometry geometry = device.embree.new_geometry(device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
+  device.embree.set_geometry_build_quality(geometry, build_quality());
   const auto corners = static_cast<size_t>(vertex_count);
   copy_to_buffer(device, geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, vertices, corners);
   const auto faces = static_cast<size_t>(triangle_count);
