@@ -12,7 +12,7 @@ from .measure import LONG
 from .plots import GOALS
 from .scenes import MODELS, SCENES
 from .store import Point, Record
-from .words import ABOUT, HOW, NOT_EQUAL, RULES
+from .words import ABOUT, HOW, LIMITS, NOT_EQUAL, RULES
 
 PICTURES = "../docs/pictures/versus"
 NONE = "–"
@@ -47,7 +47,7 @@ def lines_of(records: Sequence[Record], sections: Sequence[Sequence[str]], pictu
     lines += ["", *_told(records), "", *_agreement(records)]
     for section in sections:
         lines += ["", *section]
-    return [*lines, "", NOT_EQUAL]
+    return [*lines, "", LIMITS, NOT_EQUAL]
 
 
 def _cells(records: Sequence[Record]) -> Iterator[Cell]:
