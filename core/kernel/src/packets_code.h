@@ -1,22 +1,12 @@
 // The body of packets_*.cpp; see packets.h.
 #pragma once
 
-#include "levers.h"
 #include "packets.h"
+#include "profile.h"
 #include "sobol.h"
-
-#if defined(OCCLUSION_PROFILE)
-#include <x86intrin.h>
-#endif
 
 namespace ob {
 namespace {
-
-#if defined(OCCLUSION_PROFILE)
-inline int64_t cycles() { return static_cast<int64_t>(__rdtsc()); }
-#else
-inline int64_t cycles() { return 0; }
-#endif
 
 Lanes all(float x) { return x - Lanes{}; }
 

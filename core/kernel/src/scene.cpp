@@ -4,8 +4,8 @@
 #include <cstring>
 #include <new>
 
-#include "levers.h"
 #include "parallel.h"
+#include "profile.h"
 #include "status.h"
 
 namespace ob {

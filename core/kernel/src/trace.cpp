@@ -9,12 +9,10 @@
 #if defined(__x86_64__) || defined(_M_X64)
 #include <immintrin.h>
 #endif
-#if defined(OCCLUSION_PROFILE)
-#include <x86intrin.h>
-#endif
 
 #include "gather.h"
 #include "parallel.h"
+#include "profile.h"
 #include "scene.h"
 #include "sobol.h"
 #include "status.h"
@@ -28,14 +26,6 @@ constexpr int32_t kListSets = 64;
 
 std::atomic<int64_t> embree_cycles{0};
 std::atomic<int64_t> all_cycles{0};
-
-int64_t cycles() {
-#if defined(OCCLUSION_PROFILE)
-  return static_cast<int64_t>(__rdtsc());
-#else
-  return 0;
-#endif
-}
 
 // Embree wants denormals flushed while it traces; the thread's own setting comes back at the end.
 class FlushDenormals {
