@@ -1,4 +1,4 @@
-"""What the kernel's choices cost and gain, one turned at a time, in a build for profiling (kernel/src/levers.h)."""
+"""What the kernel's choices cost and gain, one turned at a time, in a build for profiling (kernel/src/profile.h)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import argparse
 import json
 import os
 import statistics
-import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -23,10 +22,10 @@ from ..core.embree import Device, open_device
 from ..core.estimators import AO
 from ..core.occluders import Occluders
 from ..core.progress import Progress
-from ..core.scene import Floats, Scene, surface_of, zero_area
+from ..core.scene import Floats, Ints, Scene, surface_of, zero_area
 from ..core.texels import rasterize
 from ..core.tracer import Rays, trace
-from .pages import MODELS
+from .pages import MODELS, answer_of
 from .share import with_profile_build
 from .versus.scenes import build
 
@@ -36,7 +35,7 @@ SCENES = ("suzanne", "thinwall", "foliage", "sculpt")
 
 @dataclass(frozen=True)
 class Choice:
-    """One way to trace. levers: of levers.h. distance: as a share of the object's diagonal, 0 for no limit."""
+    """One way to trace. levers: of profile.h. distance: as a share of the object's diagonal, 0 for no limit."""
 
     group: str
     name: str
@@ -78,9 +77,7 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
     environment = with_profile_build()
     result = {}
     for scene in SCENES:
-        command = [sys.executable, "-m", "occlusion_bake.bench.choices", scene, str(chosen.rounds)]
-        answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
-        result[scene] = json.loads(answer.splitlines()[-1])
+        result[scene] = answer_of("choices", scene, chosen.rounds, environment=environment)
         print(scene, result[scene], flush=True)
     return result
 
@@ -112,13 +109,16 @@ def page(result: dict[str, Any]) -> list[str]:
 
 
 def _child(name: str, rounds: int) -> None:
-    target = build(name, MODELS).targets[0]
-    scene = extract(bpy.context, bpy.context.view_layer, [target])
+    targets = build(name, MODELS).targets[:1]  # first: it replaces the file, and the view layer with it
+    scene = extract(bpy.context, bpy.context.view_layer, targets)
+    mesh = scene.targets[0].mesh
+    assert mesh.uv is not None
+    owner = rasterize(mesh.name, mesh.uv, SIZE, SIZE, skip=zero_area(mesh)).owner
     device = open_device(0)
     pairs: list[list[tuple[_Run, _Run]]] = [[] for _ in CHOICES]
     for _ in range(rounds):
         for choice, row in zip(CHOICES, pairs, strict=True):
-            row.append((_run(scene, device, SHIPS), _run(scene, device, choice)))
+            row.append((_run(scene, owner, device, SHIPS), _run(scene, owner, device, choice)))
     ships = _medians([pair[0] for row in pairs for pair in row])
     rows = [_row(choice, row) for choice, row in zip(CHOICES, pairs, strict=True)]
     print(json.dumps([[SHIPS.group, SHIPS.name, *ships, 0.0], *rows]))
@@ -142,15 +142,13 @@ def _row(choice: Choice, pairs: list[tuple[_Run, _Run]]) -> list[Any]:
     return [choice.group, choice.name, *(mine / its for mine, its in zip(turned, ship, strict=True)), differ]
 
 
-def _run(scene: Scene, device: Device, choice: Choice) -> _Run:
+def _run(scene: Scene, owner: Ints, device: Device, choice: Choice) -> _Run:
     target = scene.targets[0]
     with _turned(choice.levers):
         start = time.perf_counter()
         frame = Occluders(device, scene.occluders, np.inf).frame_for(target, Progress())
         seconds = time.perf_counter() - start
         surface = surface_of(target, frame.origin)
-        assert target.mesh.uv is not None
-        owner = rasterize(target.name, target.mesh.uv, SIZE, SIZE, skip=zero_area(target.mesh)).owner
         diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
         distance = choice.distance * diagonal if choice.distance else np.inf
         texels = np.count_nonzero(owner >= 0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from ..addon.leave import leave
 from ..core.bake import Settings
 from ..core.estimators import AO, reflection
 from .ours import bake_here
-from .pages import peak_memory
+from .pages import answer_of, peak_memory
 from .versus.scenes import add_net
 
 
@@ -25,9 +24,7 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
     """Peak resident memory in GB: Blender alone with the scene, and at the end of the bake."""
     result = {}
     for name in _CASES:
-        command = [sys.executable, "-m", "occlusion_bake.bench.memory", name]
-        answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-        result[name] = json.loads(answer.splitlines()[-1])
+        result[name] = answer_of("memory", name)
         print(name, result[name], flush=True)
     return result
 

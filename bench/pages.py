@@ -106,6 +106,13 @@ def arguments_of(chosen: argparse.Namespace) -> list[str]:
     return ["--rounds", str(chosen.rounds), "--models", str(chosen.models)]
 
 
+def answer_of(module: str, *arguments: object, environment: Mapping[str, str] | None = None) -> Any:
+    """What `python -m occlusion_bake.bench.MODULE` says in the last line that it prints, JSON, in a fresh process."""
+    command = [sys.executable, "-m", f"occlusion_bake.bench.{module}", *map(str, arguments)]
+    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
+    return json.loads(answer.splitlines()[-1])
+
+
 def peak_memory() -> float:
     """The most that this process has held, GB. Not ru_maxrss, which a process takes over from the one that started
     it."""

@@ -7,7 +7,6 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 from typing import Any
 
 from ..addon.leave import leave
@@ -16,16 +15,14 @@ from ..core.estimators import AO, reflection
 from ..core.kernel_api import profile
 from ..samples.scenes import SCENES, build
 from .ours import bake_here
+from .pages import ROOT, answer_of
 
-ROOT = Path(__file__).resolve().parent.parent
 RAYS = (16, 64, 256)
 
 
 def measure(chosen: argparse.Namespace) -> dict[str, Any]:
     """Bake each scene's first target with the counting kernel."""
-    command = [sys.executable, "-m", "occlusion_bake.bench.share"]
-    answer = subprocess.run(command, env=with_profile_build(), check=True, capture_output=True, text=True).stdout
-    result: dict[str, Any] = json.loads(answer.splitlines()[-1])
+    result: dict[str, Any] = answer_of("share", environment=with_profile_build())
     print(result)
     return result
 

@@ -6,8 +6,6 @@ import argparse
 import json
 import os
 import statistics
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -20,6 +18,7 @@ from ..core.bake import Settings
 from ..core.embree import OVERRIDE, candidates
 from ..samples.scenes import build
 from .ours import bake_here
+from .pages import answer_of
 
 SIZE, RAYS = 1024, 256
 OBJECT = "Suzanne"
@@ -79,9 +78,7 @@ def _cycles() -> float:
 def _ours_in_child(library: str) -> tuple[float, str]:
     """A fresh process: the tree, the tables and the libraries are loaded as for an artist's first press."""
     environment = {**os.environ, **({OVERRIDE: library} if library else {})}
-    command = [sys.executable, "-m", "occlusion_bake.bench.speed"]
-    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
-    seconds, embree = json.loads(answer.splitlines()[-1])
+    seconds, embree = answer_of("speed", environment=environment)
     return float(seconds), str(embree)
 
 

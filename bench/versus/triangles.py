@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import statistics
-import subprocess
 import sys
 from typing import Any
 
@@ -14,7 +13,7 @@ import bpy
 from ...addon.leave import leave
 from ...core.bake import Settings
 from ..ours import bake_here
-from ..pages import machine, peak_memory
+from ..pages import answer_of, machine, peak_memory
 from .scenes import add_net, sculpted
 from .store import Rows
 
@@ -54,9 +53,7 @@ def page(rows: dict[str, Any]) -> list[str]:
 
 
 def _in_child(side: int, rounds: int) -> Any:
-    command = [sys.executable, "-m", "occlusion_bake.bench.versus.triangles", str(side), str(rounds)]
-    answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    return json.loads(answer.splitlines()[-1])
+    return answer_of("versus.triangles", side, rounds)
 
 
 def _child(side: int, rounds: int) -> None:
