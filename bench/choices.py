@@ -30,7 +30,7 @@ from .share import with_profile_build
 from .versus.scenes import build
 
 SIZE, RAYS = 512, (16, 64)
-SCENES = ("suzanne", "thinwall", "foliage", "sculpt")
+SCENES = ("suzanne", "thinwall", "foliage", "thousands", "sculpt", "instances")
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,11 @@ class Choice:
     name: str
     width: int = 16
     distance: float = 0.0
+    coherent: bool = True
     levers: dict[str, str] = field(default_factory=dict)
 
 
-_SHIPPED = "packets of 16, robust, medium quality, coherent, no limit"
+_SHIPPED = "packets of 16, robust, medium quality, coherent, no limit"  # of scenes with more texels than triangles
 SHIPS = Choice("as it ships", _SHIPPED)
 CHOICES = (
     *(replace(SHIPS, group="packet width", name=str(width), width=width) for width in (8, 4, 1)),
@@ -57,7 +58,7 @@ CHOICES = (
         name="high, robust off",
         levers={"OCCLUSION_BUILD_QUALITY": "2", "OCCLUSION_SCENE_FLAGS": "0"},
     ),
-    replace(SHIPS, group="query flag", name="incoherent", levers={"OCCLUSION_QUERY_FLAGS": "0"}),
+    replace(SHIPS, group="query flag", name="incoherent", coherent=False),
     replace(SHIPS, group="distance", name="10 % of the diagonal", distance=0.1),
     replace(SHIPS, group="distance", name="1 % of the diagonal", distance=0.01),
 )
@@ -154,8 +155,9 @@ def _run(scene: Scene, owner: Ints, device: Device, choice: Choice) -> _Run:
         texels = np.count_nonzero(owner >= 0)
         rates = []
         for count in RAYS:
+            rays = Rays(count, 1, distance, packet_width=choice.width, coherent=choice.coherent)
             start = time.perf_counter()
-            sums = trace(frame.scene, surface, owner, (AO,), Rays(count, 1, distance, 0, choice.width), halves=False)
+            sums = trace(frame.scene, surface, owner, (AO,), rays, halves=False)
             rates.append(texels * count / (time.perf_counter() - start) / 1e6)
     return _Run(tuple(rates), seconds, sums.all[0][owner >= 0])
 

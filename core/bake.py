@@ -167,7 +167,7 @@ class Baker:
         with _timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
-        bench = _Bench(target.name, frame, surface, texels.owner, camera, settings, progress)
+        bench = _Bench(target.name, frame, surface, texels, camera, settings, progress)
         solved = bench.solve(seconds)
         with _timed(seconds, "finish"):
             maps = {
@@ -204,12 +204,14 @@ class _Bench:
         name: str,
         frame: Frame,
         surface: Placed,
-        owner: Ints,
+        texels: Texels,
         camera: Camera | None,
         settings: Settings,
         progress: Progress,
     ) -> None:
-        self._name, self._frame, self._surface, self._owner = name, frame, surface, owner
+        self._name, self._frame, self._surface, self._owner = name, frame, surface, texels.owner
+        # More triangles than texels: what the rays of neighbouring texels meet is mostly not the same (docs/figures.md).
+        self._coherent = frame.triangles <= texels.count
         self._camera, self._settings, self._progress = camera, settings, progress
         self._left = _TRACE[0]  # where in the bar the next stage begins
         self._divided = settings.divide_horizon and camera is not None
@@ -269,7 +271,7 @@ class _Bench:
         """Each round's rays, and each draw of the probes', by a seed of its own; the first round's by the bake's."""
         settings = self._settings
         seed = settings.seed + number * _NEXT_SEED
-        return Rays(rays, seed, settings.reach, settings.threads, camera=self._camera)
+        return Rays(rays, seed, settings.reach, settings.threads, camera=self._camera, coherent=self._coherent)
 
     def _divides(self, estimator: Estimator) -> bool:
         return self._divided and estimator.axis is Axis.REFLECTED

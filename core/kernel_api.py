@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 4
+ABI_VERSION = 5
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -61,6 +61,7 @@ class TraceSettings(Structure):
         ("distance", c_float),
         ("viewer", c_float * 3),
         ("forward", c_float * 3),
+        ("incoherent", c_int32),
     ]
 
 

@@ -33,6 +33,7 @@ class Frame:
     flat: frozenset[int]  # places, in the list of occluders, of those in the flat tree
     instanced: frozenset[int]
     numbers: Mapping[int, int]  # of those in the flat tree, as the scene counts them
+    triangles: int  # of all, instances counted each
 
     def serves(self, target: Instance, own: int, wanted: frozenset[int]) -> bool:
         """Whether the target may be traced in it: near enough, not itself an instance, nothing wanted missing."""
@@ -103,7 +104,8 @@ class Occluders:
                 self._add_instances(scene, mesh, sorted(apart), origin, progress)
                 instanced |= apart
         scene.commit(progress.control)
-        return Frame(scene, origin, wanted - instanced, frozenset(instanced), numbers)
+        triangles = sum(len(self._instances[i].mesh.triangles) for i in wanted)
+        return Frame(scene, origin, wanted - instanced, frozenset(instanced), numbers, triangles)
 
     def _by_mesh(self, wanted: frozenset[int]) -> list[list[int]]:
         groups: dict[int, list[int]] = {}

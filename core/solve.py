@@ -31,6 +31,7 @@ MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the e
 _AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
 _EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 _PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
+_DOUBTED = 0.25  # of a measured square may be its doubt, or it is measured again by twice the rays
 
 # Traces each owned texel's rays, others at each call: owner (H, W), rays → sums over all and over the first half,
 # (H, W) float32; -1 where a texel faces away.
@@ -104,16 +105,14 @@ def solve(
     if goal.plain:
         count = int(np.count_nonzero(covered))
         values = np.where(covered, opening[0] / np.float32(goal.rays), np.float32(0.0))
-        probed = _probe(np.zeros_like(values), covered, goal, seed, means, goal.rays * count)
-        return _solved(values, covered, probed.error(values), count * goal.rays)
+        _, error = _measure(values, np.zeros_like(values), covered, goal, seed, means, goal.rays * count)
+        return _solved(values, covered, error, count * goal.rays)
     rounds = _Rounds(owner, covered, goal, exponent, means)
     rounds.open(opening)
     del opening  # as large as the image
-    probed = _probe(rounds.expected, covered, goal, seed, means, rounds.rays)
-    error = probed.error(rounds.values)
+    probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, means, rounds.rays)
     while goal.error is not None and not error.within(goal.error) and rounds.go_on(probed, error):
-        probed = _probe(rounds.expected, covered, goal, seed, means, rounds.rays, probed)
-        error = probed.error(rounds.values)
+        probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, means, rounds.rays, probed)
     met = goal.error is None or error.within(goal.error) or error.rmse <= goal.error
     return _solved(rounds.values, covered, error, rounds.rays, met)
 
@@ -123,7 +122,8 @@ def _solved(values: Floats, covered: NDArray[np.bool_], error: Error, rays: int,
     return Solved(values, covered, error, mean, rays, met)
 
 
-def _probe(
+def _measure(
+    values: Floats,
     expected: Floats,
     covered: NDArray[np.bool_],
     goal: Goal,
@@ -131,14 +131,19 @@ def _probe(
     means: Means,
     traced: int,
     before: Probes | None = None,
-) -> Probes:
-    """Probes for a map that took so many rays; those of the rounds before it where they are as good."""
+) -> tuple[Probes, Error]:
+    """The error of a map that took so many rays, and its probes: those of the rounds before where they are as good."""
     count = probes.how_many(int(np.count_nonzero(covered)))
     rays = max(probes.rays_for(_likely_error(goal)), probes.rays_within(_PROBED * traced, count))
-    if before is not None and rays < 2 * before.rays:
-        return before
-    means.enter("measuring the error")
-    return probes.draw(*probes.place(expected, covered, seed), rays, means.probe)
+    probed = before
+    if probed is None or rays >= 2 * probed.rays:
+        means.enter("measuring the error")
+        probed = probes.draw(*probes.place(expected, covered, seed), rays, means.probe)
+    error = probed.error(values)
+    if error.doubt > _DOUBTED * error.square and probed.rays < probes.MOST_LANE_RAYS:  # it turned out far below the goal
+        probed = probes.draw(probed.texels, probed.weight, 2 * probed.rays, means.probe)
+        error = probed.error(values)
+    return probed, error
 
 
 class _Rounds:

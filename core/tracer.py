@@ -72,7 +72,10 @@ class TraceScene:
 
 @dataclass(frozen=True)
 class Rays:
-    """How to trace. distance: scene units, inf = no limit. threads 0: all. packet_width 0: the device's native one."""
+    """How to trace. distance: scene units, inf = no limit. threads 0: all. packet_width 0: the device's native one.
+
+    coherent: whether rays side by side mostly meet the same triangles; for speed, it changes no value but for rounding.
+    """
 
     count: int
     seed: int = 0
@@ -80,6 +83,7 @@ class Rays:
     threads: int = 0
     packet_width: int = 0
     camera: Camera | None = None  # in the frame of the scene
+    coherent: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +178,7 @@ def _settings(rays: Rays) -> api.TraceSettings:
         rays.distance,
         vector(*camera.position),
         vector(*camera.forward),
+        int(not rays.coherent),
     )
 
 

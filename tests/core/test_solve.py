@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -193,3 +194,18 @@ def no_means() -> Means:
         raise AssertionError("a plain bake has one round and no filter")
 
     return Means(refuse, probe, refuse, lambda stage: None)
+
+
+def test_what_is_told_with_much_doubt_is_measured_again_by_more_rays() -> None:
+    """An error far below the noise of the rays that measure it."""
+    truth, error, random = 0.5, 1e-3, np.random.default_rng(0)
+    asked: list[int] = []
+
+    def probe(texels: np.ndarray, rays: int) -> np.ndarray:
+        asked.append(rays)
+        return ((truth + random.normal(0.0, 1.0 / np.sqrt(rays), len(texels))) * rays).astype(np.float32)
+
+    opening = np.full((64, 64), (truth + error) * 4, dtype=np.float32), None
+    told = solve(opening, np.zeros((64, 64), np.int32), Goal(4), 1.0, 0, replace(no_means(), probe=probe)).error
+    assert asked == [asked[0]] * 2 + [2 * asked[0]] * 2  # two estimates each time
+    assert told.square < told.doubt * 8 and told.rmse < 0.05

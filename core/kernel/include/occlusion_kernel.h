@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 4 };
+enum { OB_ABI_VERSION = 5 };
 
 enum ob_status {
   OB_OK = 0,
@@ -100,6 +100,7 @@ typedef struct ob_trace_settings {
   float distance;  /* above 0: rays reach this far; INFINITY: no limit */
   float viewer[3]; /* where R comes from, for OB_AXIS_REFLECTED; in the frame of the vertices */
   float forward[3];
+  int32_t incoherent; /* not 0: of rays side by side each likely meets a triangle of its own; speed alone */
 } ob_trace_settings;
 
 /* One map at the texels of a surface; images are height x width. */

@@ -31,6 +31,7 @@ constexpr int RTC_FORMAT_FLOAT3 = 0x9003;
 constexpr int RTC_FORMAT_FLOAT3X4_ROW_MAJOR = 0x9134;
 constexpr int RTC_SCENE_FLAG_ROBUST = 1 << 2;
 constexpr int RTC_BUILD_QUALITY_MEDIUM = 1;
+constexpr int RTC_RAY_QUERY_FLAG_INCOHERENT = 0;
 constexpr int RTC_RAY_QUERY_FLAG_COHERENT = 1 << 16;
 constexpr uint32_t RTC_INVALID_GEOMETRY_ID = ~0U;
 constexpr uint32_t RTC_FEATURE_FLAG_TRIANGLE = 1u << 1;

@@ -59,6 +59,7 @@ struct Packet {
   const Embree *embree;
   RTCScene scene;
   float distance;
+  bool incoherent; // Embree then takes the rays of a packet one by one where they part
   int32_t rays;
   bool below;              // rays may fall below the horizon of the shading normal; they count nothing
   const float *directions; // x, y, z of sixteen lanes each, a ray

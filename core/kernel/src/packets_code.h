@@ -176,7 +176,7 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
            int64_t &embree_cycles) {
   Rays<W> rays[kLanes / W];
   prepare<W>(rays);
-  const int flags = lever("OCCLUSION_QUERY_FLAGS", RTC_RAY_QUERY_FLAG_COHERENT);
+  const int flags = packet.incoherent ? RTC_RAY_QUERY_FLAG_INCOHERENT : RTC_RAY_QUERY_FLAG_COHERENT;
   RTCOccludedArguments arguments{flags, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE, nullptr, nullptr,
                                  nullptr};
   PacketSums total{};

@@ -117,6 +117,7 @@ private:
     const Packet packet{&job_.geometry.device->embree,
                         job_.geometry.handle,
                         settings.distance,
+                        settings.incoherent != 0,
                         schedule_.rays,
                         below,
                         table.directions.data() + first * 3 * kLanes,

@@ -138,6 +138,7 @@ static ob_trace_settings any_settings(Draw &draw) {
   settings.threads = draw.threads();
   settings.packet_width = draw.good_or_bad({0, 1, 4, 8, 16}, {-1, 2, 3, 32, INT32_MAX});
   settings.orthographic = draw.one_of({0, 1, -7});
+  settings.incoherent = draw.one_of({0, 1, -7});
   settings.seed = draw.one_of<uint64_t>({0, 1, UINT64_MAX});
   settings.distance = draw.good_or_bad({1e-40F, 0.5F, 3e38F, kInfinity}, {0.0F, -0.0F, -1.0F, kNan, -kInfinity});
   return settings;

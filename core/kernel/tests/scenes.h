@@ -152,7 +152,7 @@ struct Target {
 constexpr ob_map kAmbient{OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0};
 
 inline ob_trace_settings settings_of(int32_t rays, int32_t packet_width = 0) {
-  return {rays, 2, packet_width, 0, 1, INFINITY, {0, 0, 10}, {0, 0, -1}};
+  return {rays, 2, packet_width, 0, 1, INFINITY, {0, 0, 10}, {0, 0, -1}, 0};
 }
 
 struct Sums {
