@@ -44,7 +44,7 @@ sanitize: venv ## the kernel's own tests and fuzzed bakes under the address and 
 bake: venv ## bake the sample scenes
 	$(PY) -m occlusion_bake.samples.bake
 
-bench: venv ## seconds against error of ours and of others, into bench/RESULTS.md: hours; a scene alone: see there
+bench: venv $(VENV)/.bench ## seconds against error of ours and of others, into bench/RESULTS.md: hours; a scene alone: see there
 	$(PY) -m occlusion_bake.bench.versus
 
 bench-quick: venv ## the same of two scenes, small, in three minutes; into build/versus/QUICK.md
@@ -85,6 +85,12 @@ $(WHEEL)/.built: $(KERNEL) | $(VENV)/.requirements
 	@$(PY) core/kernel/toolchain.py
 	@rm -rf $(WHEEL)
 	$(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(WHEEL) ./core/kernel
+	@touch $@
+
+# Large, and wants libraries of the system's: the bench says so and goes on without it.
+$(VENV)/.bench: requirements/bench.txt $(VENV)/.requirements
+	-$(PY) -m pip install -q --disable-pip-version-check -r $(lastword $(REQUIREMENTS)) \
+		-r requirements/bench.txt
 	@touch $@
 
 $(VENV)/.kernel$(PROFILE): $(VENV)/.requirements $(WHEEL)/.built

@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -73,6 +74,10 @@ def refusal(baker: Baker, subject: Subject) -> str | None:
         return None
     if find_spec(module) is None:
         return f"{module} is not installed"
+    try:
+        import_module(module)
+    except ImportError as problem:  # a library of the system's that it wants
+        return f"{module} cannot be loaded: {problem}"
     if subject.triangles > MOST_TRIANGLES:
         return f"it knows no instances, and flat the scene has {subject.triangles:,} triangles"
     return None

@@ -173,8 +173,8 @@ def _told(records: Sequence[Record]) -> list[str]:
         "## The error that ours tells",
         "",
         "What each bake to an error said of itself beside what it was, RMSE and 99th percentile of the first round. "
-        "True figures hold the reference's noise, which is taken out of the RMSE alone. Rays: without those that "
-        "measured the error.",
+        "The reference's noise is taken out of the true RMSE, and the true percentile is narrowed as much. Rays: "
+        "without those that measured the error.",
         "",
         "| scene | size | asked for | told RMSE | true | true / told | told p99 | true | s | rays a texel |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -188,10 +188,11 @@ def _told_row(record: Record, point: Point) -> str:
     first, true = point.runs[0], point.corrected(record.noise)
     told, p99 = first.estimated or 0.0, first.estimated_p99 or 0.0
     shown = f"{true:.5f} | {true / told if told else float('nan'):.2f}"
+    true_p99 = f"{first.p99 * true / point.rmse:.5f}" if point.rmse else "0"
     if true < 0.5 * record.noise:  # nothing that this reference could tell
-        shown = f"below {record.noise:.5f} | {NONE}"
+        shown, true_p99 = f"below {record.noise:.5f} | {NONE}", NONE
     return (
-        f"| {record.scene} | {record.size} | {point.setting} | {told:.5f} | {shown} | {p99:.5f} | {first.p99:.5f} "
+        f"| {record.scene} | {record.size} | {point.setting} | {told:.5f} | {shown} | {p99:.5f} | {true_p99} "
         f"| {point.seconds:.2f} | {(first.rays or 0) / record.about['texels']:.1f} |"
     )
 
