@@ -210,7 +210,7 @@ class _Bench:
         progress: Progress,
     ) -> None:
         self._name, self._frame, self._surface, self._owner = name, frame, surface, texels.owner
-        # More triangles than texels: what the rays of neighbouring texels meet is mostly not the same (docs/figures.md).
+        # More triangles than texels: the rays of neighbouring texels mostly meet different ones (docs/figures.md).
         self._coherent = frame.triangles <= texels.count
         self._camera, self._settings, self._progress = camera, settings, progress
         self._left = _TRACE[0]  # where in the bar the next stage begins

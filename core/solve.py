@@ -140,7 +140,7 @@ def _measure(
         means.enter("measuring the error")
         probed = probes.draw(*probes.place(expected, covered, seed), rays, means.probe)
     error = probed.error(values)
-    if error.doubt > _DOUBTED * error.square and probed.rays < probes.MOST_LANE_RAYS:  # it turned out far below the goal
+    if error.doubt > _DOUBTED * error.square and probed.rays < probes.MOST_LANE_RAYS:  # it is far below the goal
         probed = probes.draw(probed.texels, probed.weight, 2 * probed.rays, means.probe)
         error = probed.error(values)
     return probed, error
