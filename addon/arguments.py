@@ -34,6 +34,9 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     add("--size", type=_size, default=(1024, 1024), metavar="N|WxH", help="texels of the image (1024)")
     _add_effort(made)
     add("--distance", type=float, metavar="D", help="how far an occluder may be (no limit)")
+    who = "what blocks light: the scene, self (each object its own alone), or objects and collections (scene)"
+    add("--occluders", nargs="+", default=["scene"], metavar="scene|self|NAME", help=who)
+    add("--ground", action="store_true", help="and a level ground below what is baked")
     add("--ro-exponent", type=float, nargs="+", default=[10.0], metavar="E", help="Phong exponents of RO (10)")
     add("--ro-direction", choices=("normal", "camera"), default="normal", help="what R is taken from (normal)")
     horizon = "the formula as it stands, or divided by its value in the open (keep)"

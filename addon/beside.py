@@ -22,6 +22,7 @@ from ..core.report import object_entry
 from ..core.scene import Instance
 from .comparison import compare_with_cycles
 from .job import Options, Outcome, bake_steps
+from .occluding import words_of
 from .runner import Steps
 
 Finish = Callable[[bpy.types.Context, dict[str, Any]], None]
@@ -37,7 +38,9 @@ def compare_here(
         def deliver(target: Instance, baked: Baked) -> None:
             entry = object_entry(baked, {})
             picture = Path(folder, "compared.png")
-            cycles = compare_with_cycles(context, target, baked, alone.settings, samples, options.uv, picture)
+            cycles = compare_with_cycles(
+                *(context, target, baked, alone.settings, samples, options.uv, options.occluding, picture)
+            )
             finish(context, {**entry, "cycles": cycles})
 
         yield from bake_steps(context, alone, progress, Outcome(), deliver)
@@ -72,6 +75,7 @@ def child_arguments(options: Options, samples: int, folder: Path, report: Path) 
     words += ["--margin", "0", "--threads", str(chosen.threads), "--seed", str(chosen.seed)]
     words += ["--output", str(folder), "--report", str(report), "--compare-cycles", str(samples)]
     words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []
+    words += ["--occluders", *words_of(options.occluding)] + ["--ground"] * options.occluding.ground
     return words + ([f"--uv={options.uv}"] if options.uv is not None else [])
 
 

@@ -26,6 +26,7 @@ from .comparison import compare_with_cycles
 from .files import Folder, check_file, check_image, whole_path, write_coverage
 from .job import Options, Outcome, bake_steps, meshes_in_render
 from .load import load
+from .occluding import named
 from .runner import run
 
 NAME = "occlusion_bake"
@@ -85,7 +86,8 @@ def _bake(options: Any) -> None:
     progress = Progress(len(names))
     outcome = Outcome()
     writer = _Writer(context, options, settings, folder, several=len(names) > 1)
-    steps = bake_steps(context, Options(names, settings, options.uv), progress, outcome, writer.deliver)
+    chosen = Options(names, settings, options.uv, writer.occluding)
+    steps = bake_steps(context, chosen, progress, outcome, writer.deliver)
     try:
         run(steps, progress, _Line().show)
         progress.raise_if_cancelled()  # while Cycles held the main thread
@@ -125,7 +127,8 @@ def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -
     assert outcome.baker is not None  # something has been baked
     seconds = {**outcome.seconds, "total": outcome.seconds["total"] - writer.cycles_seconds}
     report = whole_report(settings, outcome.baker.device, seconds, writer.entries)
-    write_report(path, {**report, "notes": outcome.notes, "refused": outcome.refused})
+    more = {"occluders": outcome.occluders, "notes": outcome.notes, "refused": outcome.refused}
+    write_report(path, {**report, **more})
 
 
 class _Writer:
@@ -135,6 +138,7 @@ class _Writer:
         self.entries: list[Json] = []
         self.cycles_seconds = 0.0
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
+        self.occluding = named(options.occluders, ground=options.ground)
         self._context, self._options, self._settings = context, options, settings
         self._folder, self._several = folder, several
 
@@ -159,7 +163,7 @@ class _Writer:
         _say(f"{baked.name}: baking with Cycles, {samples} samples …")
         try:
             cycles = compare_with_cycles(
-                self._context, target, baked, self._settings, samples, self._options.uv, picture
+                *(self._context, target, baked, self._settings, samples, self._options.uv, self.occluding, picture)
             )
         except InputError as refusal:  # the others go on
             self.uncompared.append(str(refusal))

@@ -11,12 +11,14 @@ import numpy as np
 from ..core.bake import Baked, Settings
 from ..core.compare import compare, picture
 from ..core.errors import InputError
+from ..core.ground import ground_below
 from ..core.images import write_image
 from ..core.report import Json, comparison_entry
 from ..core.scene import Instance
 from ..core.texels import owners_by_centre, rasterize
 from .cycles import bake_ao
 from .job import CHART_MAP, CHARTS
+from .occluding import Occluding
 
 
 def compare_with_cycles(
@@ -26,6 +28,7 @@ def compare_with_cycles(
     settings: Settings,
     samples: int,
     uv: str | None,
+    occluding: Occluding,
     path: Path,
 ) -> Json:
     """Bake the target's AO with Cycles, write the picture (ours, Cycles', difference), return the report's entry.
@@ -36,7 +39,13 @@ def compare_with_cycles(
     """
     size, threads = (settings.width, settings.height), settings.threads or os.cpu_count() or 1
     layer = CHART_MAP if uv == CHARTS else uv
-    cycles = bake_ao(context, target.name, size, samples, settings.distance, threads, settings.seed, layer)
+    cycles = bake_ao(
+        *(context, target.name, size, samples, settings.distance, threads, settings.seed, layer),
+        hidden=[
+            obj.name for obj in context.view_layer.objects if obj.name != target.name and not occluding.counts(obj.name)
+        ],
+        ground=ground_below([target]) if occluding.ground else None,
+    )
     ours = baked.maps["ao"]
     assert target.mesh.uv is not None  # it has been baked
     owner = rasterize(target.name, target.mesh.uv, *size, threads=settings.threads).owner

@@ -7,17 +7,18 @@ alpha still lets light through while no material, shared or linked, is touched.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
 import numpy as np
+from mathutils import Matrix
 from numpy.typing import NDArray
 
 from ..core.errors import InputError
-from ..core.scene import Floats
+from ..core.scene import Floats, Instance
 from .extract import bake_override, borrow, object_mode, silenced, synced
 
 UNLIMITED = 1e20  # farther than any scene; Cycles takes 0 for all open, and has no setting for none
@@ -43,11 +44,14 @@ def bake_ao(
     threads: int,
     seed: int,
     uv: str | None = None,
+    hidden: Collection[str] = (),
+    ground: Instance | None = None,
 ) -> CyclesBake:
     """Bake the object's ambient occlusion with Cycles and put everything back, also after a failure.
 
     size: width and height in texels. distance: rays end there, in scene units; None for no limit. uv: the UV map, by
-    default the active one. Raises InputError, a line naming the object, where Cycles refuses or is not enabled.
+    default the active one. hidden: objects that occlude nothing, nor do instances of them. ground: occludes beside what
+    is in the scene. Raises InputError, a line naming the object, where Cycles refuses or is not enabled.
     """
     obj = _object(context, object_name, uv)
     with ExitStack() as stack:
@@ -57,6 +61,10 @@ def bake_ao(
         world = stack.enter_context(_world(UNLIMITED if distance is None else distance))
         stack.enter_context(_local_mesh(obj))
         stack.enter_context(_materials(obj, image))
+        if ground is not None:
+            stack.enter_context(_standing(context.scene, ground))
+        for name in hidden:
+            borrow(stack, context.view_layer.objects[name], visible_shadow=False)
         _match(stack, context.scene, obj, samples, threads, seed)
         borrow(stack, context.scene, world=world)
         stack.enter_context(bake_override(context, obj, context.scene, context.view_layer))
@@ -157,6 +165,23 @@ def _world(distance: float) -> Iterator[bpy.types.World]:
         yield world
     finally:
         bpy.data.worlds.remove(world)
+
+
+@contextmanager
+def _standing(scene: bpy.types.Scene, instance: Instance) -> Iterator[None]:
+    """A mesh of the core's as an object of the scene, for the time."""
+    mesh = bpy.data.meshes.new(instance.name)
+    mesh.from_pydata(instance.mesh.vertices.tolist(), [], instance.mesh.triangles.tolist())
+    obj = bpy.data.objects.new(instance.name, mesh)
+    obj.matrix_world = Matrix(instance.matrix.tolist())
+    scene.collection.objects.link(obj)
+    try:
+        yield
+    finally:
+        bpy.data.objects.remove(obj)
+        bpy.data.meshes.remove(mesh)
+        for view_layer in scene.view_layers:
+            synced(view_layer)
 
 
 @contextmanager

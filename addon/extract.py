@@ -18,7 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.errors import InputError
+from ..core.ground import ground_below
 from ..core.scene import Camera, Doubles, Floats, Instance, Ints, Mesh, Scene
+from .occluding import EVERYTHING, Occluding
 
 Warn = Callable[[str], None]
 
@@ -29,18 +31,19 @@ def extract(
     targets: Sequence[str],
     uv: str | None = None,
     *,
+    occluding: Occluding = EVERYTHING,
     warn: Warn | None = None,
 ) -> Scene:
     """Copy the targets, all that occludes as in Cycles, and the camera, with modifiers at render level.
 
     targets: names of mesh objects in the view layer. uv: the UV map to bake onto, by default the active one; a target
-    mesh without any has uv None. warn: called with a line for each object that Cycles would trace and this cannot.
-    Raises InputError, a line naming the object, for a target that is missing, no mesh, hidden from render, or without
-    the UV map asked for.
+    mesh without any has uv None. occluding: who occludes of what renders. warn: called with a line for each object that
+    Cycles would trace and this cannot. Raises InputError, a line naming the object, for a target that is missing, no
+    mesh, hidden from render, or without the UV map asked for.
     """
     objects = [_target_object(view_layer, name) for name in dict.fromkeys(targets)]
     found: list[Scene] = []
-    evaluated(context, view_layer, lambda depsgraph: found.append(_read_scene(depsgraph, objects, uv, warn)))
+    evaluated(context, view_layer, lambda depsgraph: found.append(_read_scene(depsgraph, objects, uv, occluding, warn)))
     return found[0]
 
 
@@ -222,35 +225,42 @@ def _select_only(before: Sequence[bpy.types.Object], after: Sequence[bpy.types.O
 # What is in the depsgraph
 
 
+_Entry = tuple[str, int, Doubles, str]  # name, address of the evaluated mesh, matrix, the object that it belongs to
+
+
 @dataclass
 class _Found:
     """One walk over the instances: what occludes, where the targets are, and each distinct evaluated mesh once."""
 
     meshes: dict[int, bpy.types.Mesh] = field(default_factory=dict)  # by address, as are the others
-    occluders: list[tuple[str, int, Doubles]] = field(default_factory=list)
-    targets: dict[int, tuple[str, int, Doubles]] = field(default_factory=dict)  # by the address of the original object
+    occluders: list[_Entry] = field(default_factory=list)
+    targets: dict[int, _Entry] = field(default_factory=dict)  # by the address of the original object
     unread: dict[str, str] = field(default_factory=dict)  # object name: what of it is not traced
 
 
 def _read_scene(
-    depsgraph: bpy.types.Depsgraph, targets: Sequence[bpy.types.Object], uv: str | None, warn: Warn | None
+    depsgraph: bpy.types.Depsgraph,
+    targets: Sequence[bpy.types.Object],
+    uv: str | None,
+    occluding: Occluding,
+    warn: Warn | None,
 ) -> Scene:
-    found = _walk(depsgraph, {obj.as_pointer() for obj in targets})
+    found = _walk(depsgraph, {obj.as_pointer() for obj in targets}, occluding)
     for name, what in found.unread.items() if warn else ():
         warn(f"{name}: its {what} not traced and block no light here; convert them to a mesh")  # type: ignore[misc]
     for obj in targets:
         if obj.as_pointer() not in found.targets:
             raise InputError(_absence(obj))
-    chosen = {key: name for name, key, _ in found.targets.values()}
+    chosen = {key: name for name, key, _, _ in found.targets.values()}
     meshes = {
         key: _read_surface(mesh, chosen[key], uv) if key in chosen else _read_shape(mesh)
         for key, mesh in found.meshes.items()
     }
-    return Scene(
-        targets=[_instance(found.targets[obj.as_pointer()], meshes) for obj in targets],
-        occluders=[_instance(entry, meshes) for entry in found.occluders if len(meshes[entry[1]].triangles)],
-        camera=_camera(depsgraph),
-    )
+    instances = [_instance(found.targets[obj.as_pointer()], meshes) for obj in targets]
+    occluders = [_instance(entry, meshes) for entry in found.occluders if len(meshes[entry[1]].triangles)]
+    if occluding.ground:
+        occluders.append(ground_below(instances))
+    return Scene(instances, occluders, _camera(depsgraph), shared=not occluding.alone)
 
 
 def _absence(obj: bpy.types.Object) -> str:
@@ -262,17 +272,19 @@ def _absence(obj: bpy.types.Object) -> str:
     return f"{obj.name}: no mesh of its own in the render; see its modifiers, and whether its collections are enabled"
 
 
-def _instance(entry: tuple[str, int, Doubles], meshes: dict[int, Mesh]) -> Instance:
-    name, key, matrix = entry
-    return Instance(name, meshes[key], matrix)
+def _instance(entry: _Entry, meshes: dict[int, Mesh]) -> Instance:
+    name, key, matrix, owner = entry
+    return Instance(name, meshes[key], matrix, owner)
 
 
-def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int]) -> _Found:
+def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int], occluding: Occluding) -> _Found:
     """Visit every object as Cycles' sync does. Curves, text and metaballs come twice, once as the mesh they make."""
     found = _Found()
     for instance in depsgraph.object_instances:
         obj, data = instance.object, instance.object.data
-        casts = _casts_shadow(instance)
+        owner = instance.parent if instance.is_instance else obj
+        address = owner.original.as_pointer()
+        casts = _casts_shadow(instance) and (address in targets or occluding.counts(owner.name))
         if casts and (what := _not_traced(instance)):
             found.unread[obj.name] = what
         if not instance.show_self or not isinstance(data, bpy.types.Mesh):
@@ -281,9 +293,9 @@ def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int]) -> _Found:
         found.meshes.setdefault(key, data)
         name = f"{instance.parent.name}/{obj.name}" if instance.is_instance else obj.name
         if casts:
-            found.occluders.append((name, key, matrix))
-        if not instance.is_instance and (address := obj.original.as_pointer()) in targets:
-            found.targets[address] = (name, key, matrix)
+            found.occluders.append((name, key, matrix, owner.name))
+        if not instance.is_instance and address in targets:
+            found.targets[address] = (name, key, matrix, owner.name)
     return found
 
 

@@ -17,7 +17,8 @@ from ..core.charts import Charts
 from ..core.errors import InputError
 from ..core.progress import Progress
 from ..core.scene import Instance, Scene
-from .extract import BaseTriangles, base_triangles, extract, synced, write_uv
+from .extract import BaseTriangles, Warn, base_triangles, extract, synced, write_uv
+from .occluding import EVERYTHING, Occluding
 from .runner import Steps
 
 CHARTS = "charts"  # as the UV map of the options: make one
@@ -28,11 +29,13 @@ _PADDING = 4
 
 @dataclass(frozen=True)
 class Options:
-    """What to bake. objects: names. uv: a UV map's name, CHARTS, or None for the active one, charts where none is."""
+    """What to bake. objects: names. uv: a UV map's name, CHARTS, or None for the active one, charts where none is.
+    occluding: who blocks light."""
 
     objects: tuple[str, ...]
     settings: Settings
     uv: str | None = None
+    occluding: Occluding = EVERYTHING
 
 
 @dataclass
@@ -46,6 +49,11 @@ class Outcome:
     notes: list[str] = field(default_factory=list)  # lines on charts made, and on what Cycles would trace
     charted: list[str] = field(default_factory=list)  # objects whose mesh was given a chart map
     seconds: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def occluders(self) -> list[str]:
+        """Names of the objects that block light, the targets among them where they do."""
+        return sorted({each.belongs_to for each in self.scene.occluders}) if self.scene is not None else []
 
     def complaint(self, objects: int) -> str:
         """The line to end with where some of so many objects were refused."""
@@ -70,7 +78,7 @@ def bake_steps(
     names = yield from chart_steps(context, options, progress, outcome)
     progress.enter("reading the scene")
     with _timed(outcome, "extract"):
-        scene = _read(context, names, CHART_MAP if options.uv == CHARTS else options.uv, outcome)
+        scene = _read(context, names, options, outcome)
     outcome.scene = scene
     outcome.baker = Baker(scene, options.settings, progress)
     for target in scene.targets:
@@ -87,24 +95,29 @@ def bake_steps(
         raise InputError(outcome.complaint(len(options.objects)))
 
 
-def _read(context: bpy.types.Context, names: Sequence[str], uv: str | None, outcome: Outcome) -> Scene:
+def _read(context: bpy.types.Context, names: Sequence[str], options: Options, outcome: Outcome) -> Scene:
     """The scene with all targets; where some cannot be read, those are refused. Raises InputError if all are."""
+    uv = CHART_MAP if options.uv == CHARTS else options.uv
+
+    def read(these: Sequence[str], warn: Warn | None = None) -> Scene:
+        return extract(context, context.view_layer, these, uv, occluding=options.occluding, warn=warn)
+
     try:
-        return extract(context, context.view_layer, names, uv, warn=outcome.notes.append)
+        return read(names, outcome.notes.append)
     except InputError:
         if len(names) == 1:
             raise
     readable = []
     for name in names:
         try:
-            extract(context, context.view_layer, (name,), uv)
+            read((name,))
         except InputError as refusal:
             outcome.refused.append(str(refusal))
         else:
             readable.append(name)
     if not readable:
         raise InputError(outcome.complaint(len(names)))
-    return extract(context, context.view_layer, readable, uv, warn=outcome.notes.append)
+    return read(readable, outcome.notes.append)
 
 
 def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from typing import Any, ClassVar
 
@@ -9,6 +10,7 @@ import bpy
 
 from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
+from .choice import chosen_objects
 from .runner import Runner, Steps, run
 from .settings import show_lines
 
@@ -85,7 +87,7 @@ class LongOperator:
         self._end(context)
 
     def _show(self: Any, context: bpy.types.Context) -> None:
-        now, text = time.monotonic(), progress_text(self._progress)
+        now, text = time.monotonic(), ", ".join(progress_words(self._progress))
         if text == self._said or now < self._due:
             return
         self._said, self._due = text, now + _SHOWN
@@ -120,22 +122,29 @@ def running() -> Progress | None:
     return LongOperator._active._progress if LongOperator._active is not None else None
 
 
-def progress_text(progress: Progress) -> str:
-    """One line for the artist, as "Suzanne: tracing, 42 %"."""
-    return f"{progress.stage}, {100.0 * progress.fraction:.0f} %" if progress.fraction > 0.0 else progress.stage
+def progress_words(progress: Progress) -> list[str]:
+    """For the artist: "Suzanne: tracing", "42 %", "3 s left", "12.3 million rays a second", as far as is known."""
+    words = [progress.stage]
+    if progress.fraction > 0.0:
+        words.append(f"{100.0 * progress.fraction:.0f} %")
+    if (left := progress.seconds_left) is not None:
+        words.append(f"{_duration(left)} left")
+    if (rate := progress.rays_per_second) is not None:
+        words.append(f"{rate / 1e6:.1f} million rays a second")
+    return words
+
+
+def _duration(seconds: float) -> str:
+    """ "7 s", "3 min", "2 h"."""
+    if seconds < 100.0:
+        return f"{math.ceil(seconds)} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 5400.0 else f"{seconds / 3600.0:.0f} h"
 
 
 def stop_all() -> None:
     """End what is running; for unregistering."""
     if LongOperator._active is not None:
         LongOperator._active._end(bpy.context)
-
-
-def chosen_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
-    """The selected objects, or the active one where none is."""
-    selected = list(context.selected_objects)
-    active = context.view_layer.objects.active
-    return selected or ([active] if active is not None else [])
 
 
 def _redraw(context: bpy.types.Context, *area_types: str) -> None:

@@ -15,20 +15,14 @@ from ..core.report import error_in_words, object_entry, rays_per_texel, times_as
 from ..core.scene import Instance
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
+from .choice import options_of
 from .images import hook_up, show_picture, store
 from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
-from .modal import LongOperator, chosen_objects, running
+from .modal import LongOperator, running
 from .runner import Steps
-from .settings import add_lines, core_settings, show_lines
+from .settings import add_lines, show_lines
 
-
-def options_of(context: bpy.types.Context) -> Options:
-    """The panel's settings for the chosen meshes. Raises InputError."""
-    names = tuple(obj.name for obj in chosen_objects(context) if obj.type == "MESH")
-    if not names:
-        raise InputError("no mesh object is selected; select one")
-    uv = CHARTS if context.scene.occlusion_bake.uv == "CHARTS" else None
-    return Options(names, core_settings(context.scene), uv)
+_NAMED = 6  # occluders in the line that says who they were
 
 
 class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
@@ -73,7 +67,7 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
         return deliver
 
     def _conclude(self: Any, context: bpy.types.Context, options: Options, outcome: Outcome) -> None:
-        add_lines(context, [*outcome.notes, *outcome.refused])
+        add_lines(context, [_occluders_line(outcome.occluders), *outcome.notes, *outcome.refused])
         for line in outcome.notes:
             self.report({"INFO"}, line)
         for line in outcome.refused:
@@ -161,9 +155,18 @@ def result_lines(baked: Baked) -> list[str]:
     entry = object_entry(baked, {})
     errors = ", ".join(f"{name.replace('_', ' ').upper()} {error_in_words(entry, name)}" for name in baked.maps)
     return [
-        f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays",
+        f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays, "
+        f"{baked.rays / max(baked.seconds['trace'], 1e-9) / 1e6:.1f} million a second",
         f"Error: {errors}",
     ]
+
+
+def _occluders_line(names: list[str]) -> str:
+    """Who blocked light, the first of them by name."""
+    if not names:
+        return "Occluders: none"
+    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+    return f"Occluders: {', '.join(names[:_NAMED])}{more}"
 
 
 def _counted(objects: int) -> str:

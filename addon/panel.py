@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from textwrap import wrap
 
 import bpy
 
-from .modal import progress_text, running
+from .choice import chosen_occluders
+from .modal import progress_words, running
+from .occluding import may_occlude
 from .operators import (
     OCCLUSION_BAKE_OT_bake,
     OCCLUSION_BAKE_OT_cancel,
@@ -17,6 +20,7 @@ from .settings import by_rays
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
 _FRAME, _LETTER = 56.0, 5.7
+_LISTED = 8  # occluders by name: a scene may hold thousands, and panels are drawn often
 
 
 class _Sidebar:
@@ -54,8 +58,11 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         if progress is None:
             row.operator(OCCLUSION_BAKE_OT_bake.bl_idname, icon="RENDER_STILL")
         else:
-            row.progress(factor=progress.fraction, text=progress_text(progress))
+            row.progress(factor=progress.fraction, text=f"{100.0 * progress.fraction:.0f} %")
             row.operator(OCCLUSION_BAKE_OT_cancel.bl_idname, text="", icon="X")
+            column = self.layout.column(align=True)
+            for words in progress_words(progress):
+                column.label(text=words)
 
 
 class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
@@ -96,6 +103,37 @@ class OCCLUSION_BAKE_PT_reflection(_Sidebar, bpy.types.Panel):
         horizon = layout.row()
         horizon.active = chosen.direction == "CAMERA"
         horizon.prop(chosen, "divide_horizon")
+
+
+class OCCLUSION_BAKE_PT_occluders(_Sidebar, bpy.types.Panel):
+    """Who blocks light, by choice and by name."""
+
+    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
+    bl_label = "Occluders"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = self.layout, context.scene.occlusion_bake
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(chosen, "occluders", text="Objects")
+        if chosen.occluders == "COLLECTION":
+            layout.prop(chosen, "collection")
+        layout.prop(chosen, "use_ground")
+        self._draw_list(context)
+
+    def _draw_list(self, context: bpy.types.Context) -> None:
+        column = self.layout.column(align=True)
+        column.active = False
+        found = chosen_occluders(context)
+        objects = context.view_layer.objects if found is None else found
+        names = [obj.name for obj in islice(filter(may_occlude, objects), _LISTED + 1)]
+        for name in names[:_LISTED]:
+            column.label(text=name, icon="OBJECT_DATA")
+        if len(names) > _LISTED:
+            column.label(text="and more")
+        if context.scene.occlusion_bake.occluders in ("SELF", "COLLECTION"):
+            column.label(text="Each baked object itself", icon="OBJECT_DATA")
 
 
 class OCCLUSION_BAKE_PT_options(_Sidebar, bpy.types.Panel):
@@ -143,6 +181,7 @@ CLASSES = (
     OCCLUSION_BAKE_PT_bake,
     OCCLUSION_BAKE_PT_result,
     OCCLUSION_BAKE_PT_reflection,
+    OCCLUSION_BAKE_PT_occluders,
     OCCLUSION_BAKE_PT_options,
     OCCLUSION_BAKE_PT_cycles,
 )

@@ -23,6 +23,12 @@ _DIRECTIONS = [
     ("NORMAL", "Normal", "The lobe stands on the surface: one texture for every view, as engines use it"),
     ("CAMERA", "Camera", "The lobe points where the scene's camera is mirrored: right for that view alone"),
 ]
+_OCCLUDERS = [
+    ("SCENE", "Scene", "Everything that shows in a render"),
+    ("SELECTED", "Selected", "The selected objects alone, those baked among them"),
+    ("SELF", "Only Itself", "Each object is hidden by its own faces alone"),
+    ("COLLECTION", "Collection", "The objects of a collection, and each baked object itself"),
+]
 _UV = [
     ("ACTIVE", "Active Map", "The mesh's active UV map; charts are made where it has none"),
     ("CHARTS", "New Charts", "Charts in a UV map of their own; the mesh's other maps stay as they are"),
@@ -69,6 +75,14 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     use_distance: BoolProperty(name="Limit Distance", description="Occluders farther away than this do not count")
     distance: FloatProperty(
         name="Distance", description="How far an occluder may be", default=1.0, min=1e-6, subtype="DISTANCE"
+    )
+    occluders: EnumProperty(name="Occluders", description="What may block light", items=_OCCLUDERS)
+    collection: PointerProperty(
+        name="Collection", description="Its objects, and those of the collections in it, block light",
+        type=bpy.types.Collection,
+    )  # fmt: skip
+    use_ground: BoolProperty(
+        name="Ground", description="Bake as if the objects stood on a level ground without end", default=False
     )
     margin: IntProperty(
         name="Margin", description="Texels by which chart borders are carried outward", default=16, min=0,

@@ -138,7 +138,8 @@ class Baker:
         self._settings = settings
         self._progress = progress or Progress()
         self._progress.expect(len(scene.targets))
-        self._occluders = Occluders(self.device, scene.occluders, settings.reach)
+        kept_apart = () if scene.shared else frozenset(target.belongs_to for target in scene.targets)
+        self._occluders = Occluders(self.device, scene.occluders, settings.reach, kept_apart)
         self._warnings = list(self._occluders.warnings)
 
     def bake(self, target: Instance) -> Baked:
@@ -256,7 +257,7 @@ class _Bench:
         return Means(trace_round, probe, lambda: self._field, self._enter)
 
     def _trace(self, owner: Ints, estimators: Sequence[Estimator], rays: int, number: int, *, halves: bool) -> Sums:
-        control = self._enter("tracing")
+        control = self._enter("tracing", rays=True)
         how = self._rays(rays, number)
         sums = trace(self._frame.scene, self._surface, owner, estimators, how, halves=halves, control=control)
         for index, estimator in enumerate(estimators):
@@ -292,14 +293,14 @@ class _Bench:
         control = self._enter("finding neighbours")
         return Field(self._surface, self._owner, threads=self._settings.threads, control=control)
 
-    def _enter(self, stage: str) -> Control:
+    def _enter(self, stage: str, *, rays: bool = False) -> Control:
         """The next stage. How many there will be nobody knows: each gets half of what is left of the bar, a bake of a
         given number of rays all of it."""
         start, end = self._left, _TRACE[1]
         if not self._settings.goal.plain:
             end = 0.5 * (start + end)
         self._left = end
-        return self._progress.enter(f"{self._name}: {stage}", (start, end))
+        return self._progress.enter(f"{self._name}: {stage}", (start, end), rays=rays)
 
 
 def _finished(solved: Solved, texels: Texels, settings: Settings, progress: Progress) -> BakedMap:

@@ -6,7 +6,7 @@ tree; those that stand in it often, and are large, are stored once and instanced
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,9 +50,13 @@ class Frame:
 class Occluders:
     """The occluders of a scene, built when first needed and kept for the next object where that costs no precision."""
 
-    def __init__(self, device: Device, instances: Sequence[Instance], distance: float = np.inf) -> None:
+    def __init__(
+        self, device: Device, instances: Sequence[Instance], distance: float = np.inf, kept_apart: Collection[str] = ()
+    ) -> None:
+        """kept_apart: names of objects that occlude nothing but themselves."""
         self._device = device
         self._distance = distance
+        self._kept_apart = kept_apart
         meshes = {id(instance.mesh): instance.mesh for instance in instances}
         sound = {key: _without_broken(mesh) for key, mesh in meshes.items()}  # once a mesh, or none would be shared
         self._instances = [replace(instance, mesh=sound[id(instance.mesh)]) for instance in instances]
@@ -85,7 +89,11 @@ class Occluders:
         gap = np.maximum(np.maximum(low - own_high, own_low - high), 0.0)
         near = np.isfinite(self._boxes).all(axis=(1, 2))
         near[near] = np.linalg.norm(gap[near], axis=1) <= min(self._distance * (1.0 + 1e-6), FARTHEST)
-        return frozenset(np.flatnonzero(near).tolist())
+        places: list[int] = np.flatnonzero(near).tolist()
+        return frozenset(i for i in places if self._may_occlude(self._instances[i], target))
+
+    def _may_occlude(self, occluder: Instance, target: Instance) -> bool:
+        return occluder.belongs_to not in self._kept_apart or occluder.belongs_to == target.belongs_to
 
     def _build(self, target: Instance, own: int, wanted: frozenset[int], progress: Progress) -> Frame:
         origin = centre_of(target)

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import time
+
 from .errors import Cancelled
 from .kernel_api import Control
+
+_EARLY = 0.03  # of a bake: before that what it took says little about what is left
 
 
 class Progress:
@@ -16,19 +20,23 @@ class Progress:
         self._finished = 0
         self._span = (0.0, 0.0)  # of the whole, what the running stage goes through; one object, so read at once
         self._reached = 0.0
+        self._start = self._entered = time.monotonic()
+        self._counts_rays = False
 
     def expect(self, objects: int) -> None:
         """How many objects the bake has, where that was not known at first."""
         self._objects = max(objects, 1)
 
-    def enter(self, stage: str, share: tuple[float, float] = (0.0, 0.0)) -> Control:
+    def enter(self, stage: str, share: tuple[float, float] = (0.0, 0.0), *, rays: bool = False) -> Control:
         """Begin a stage, as the artist reads it ("Suzanne: tracing"). Returns the control for its kernel call.
 
-        share: from where to where in the work on one object the stage leads, 0 to 1.
+        share: from where to where in the work on one object the stage leads, 0 to 1. rays: whether the kernel counts
+        rays in it.
         """
         self.raise_if_cancelled()
+        self._counts_rays = False
         self._measure(share)
-        self.stage = stage
+        self.stage, self._entered, self._counts_rays = stage, time.monotonic(), rays
         return self.control
 
     def finish_object(self) -> None:
@@ -53,6 +61,18 @@ class Progress:
         running = min(done / total, 1.0) if total > 0 else 0.0
         self._reached = min(max(self._reached, start + (end - start) * running), 1.0)
         return self._reached
+
+    @property
+    def rays_per_second(self) -> float | None:
+        """Of the running stage; None where it traces none, or has not yet."""
+        done, seconds = self.control.done, time.monotonic() - self._entered
+        return done / seconds if self._counts_rays and done > 0 and seconds > 0.0 else None
+
+    @property
+    def seconds_left(self) -> float | None:
+        """As the bake went so far; None while that says little."""
+        fraction = self.fraction
+        return (time.monotonic() - self._start) * (1.0 - fraction) / fraction if fraction > _EARLY else None
 
     def _measure(self, share: tuple[float, float]) -> None:
         self.control.done = self.control.total = 0

@@ -64,11 +64,18 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """A mesh somewhere in the world. matrix: (4, 4) float64, object to world, any affine map."""
+    """A mesh somewhere in the world. matrix: (4, 4) float64, object to world, any affine map. owner: the object that it
+    belongs to, which of what an object instances is that object; the name, where it is empty."""
 
     name: str
     mesh: Mesh
     matrix: Doubles
+    owner: str = ""
+
+    @property
+    def belongs_to(self) -> str:
+        """The name of the object that put it there."""
+        return self.owner or self.name
 
 
 @dataclass(frozen=True)
@@ -90,12 +97,14 @@ class Scene:
     """Everything a bake may need.
 
     targets: the objects to bake, their meshes with UVs. occluders: all that blocks light, the targets among them where
-    they do (an occluder is a target's own geometry when it bears the target's name and mesh).
+    they do (an occluder is a target's own geometry when it bears the target's name and mesh). shared: what belongs to
+    one target occludes the others, too.
     """
 
     targets: Sequence[Instance]
     occluders: Sequence[Instance]
     camera: Camera | None = None
+    shared: bool = True
 
 
 @dataclass(frozen=True, eq=False)
