@@ -15,9 +15,10 @@ from ..core.report import error_in_words, object_entry, rays_per_texel, times_as
 from ..core.scene import Instance
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
-from .choice import options_of
-from .images import hook_up, show_picture, store
+from .choice import chosen_objects, options_of
+from .images import show_picture, store
 from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
+from .material import hook_up, is_hooked_up, unhook
 from .modal import LongOperator, running
 from .runner import Steps
 from .settings import add_lines, show_lines
@@ -49,7 +50,7 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
     ) -> Callable[[Instance, Baked], None]:
         """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
         chosen = {name: context.view_layer.objects[name].session_uid for name in options.objects}
-        in_material = context.scene.occlusion_bake.use_material
+        preview, gltf = context.scene.occlusion_bake.use_material, context.scene.occlusion_bake.use_gltf
 
         def deliver(target: Instance, baked: Baked) -> None:
             obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
@@ -58,8 +59,7 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
             if target.name in outcome.charted and CHART_MAP not in obj.data.uv_layers:
                 raise InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
             images = store(baked)
-            if in_material and "ao" in images:
-                hook_up(obj, images["ao"], CHART_MAP if options.uv == CHARTS else None)
+            hook_up(obj, images, CHART_MAP if options.uv == CHARTS else None, preview=preview, gltf=gltf)
             for line in baked.warnings:
                 self.report({"WARNING"}, line)
             add_lines(context, [*result_lines(baked), *baked.warnings])
@@ -132,6 +132,26 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         self.report({"INFO"}, "; ".join(lines[:4]))
 
 
+class OCCLUSION_BAKE_OT_unhook(bpy.types.Operator):
+    """Take the baked images out of the selected objects' materials; what they multiplied is linked as before"""
+
+    bl_idname = "occlusion_bake.unhook"
+    bl_label = "Remove from Materials"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if any(is_hooked_up(obj) for obj in chosen_objects(context)):
+            return True
+        cls.poll_message_set("No baked image is in the materials of the selected objects")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        done = sum(unhook(obj) for obj in chosen_objects(context))
+        self.report({"INFO"}, f"Removed from the materials of {_counted(done)}")
+        return {"FINISHED"}
+
+
 class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
     """Stop the bake; images stay as they were"""
 
@@ -173,4 +193,10 @@ def _counted(objects: int) -> str:
     return "1 object" if objects == 1 else f"{objects} objects"
 
 
-CLASSES = (OCCLUSION_BAKE_OT_bake, OCCLUSION_BAKE_OT_unwrap, OCCLUSION_BAKE_OT_compare, OCCLUSION_BAKE_OT_cancel)
+CLASSES = (
+    OCCLUSION_BAKE_OT_bake,
+    OCCLUSION_BAKE_OT_unwrap,
+    OCCLUSION_BAKE_OT_compare,
+    OCCLUSION_BAKE_OT_unhook,
+    OCCLUSION_BAKE_OT_cancel,
+)

@@ -14,6 +14,7 @@ from .operators import (
     OCCLUSION_BAKE_OT_bake,
     OCCLUSION_BAKE_OT_cancel,
     OCCLUSION_BAKE_OT_compare,
+    OCCLUSION_BAKE_OT_unhook,
     OCCLUSION_BAKE_OT_unwrap,
 )
 from .settings import by_rays
@@ -48,7 +49,6 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         layout.prop(chosen, "quality")
         if by_rays(chosen):
             layout.prop(chosen, "rays")
-        layout.prop(chosen, "use_material")
         self._draw_button(context)
 
     def _draw_button(self, context: bpy.types.Context) -> None:
@@ -136,6 +136,22 @@ class OCCLUSION_BAKE_PT_occluders(_Sidebar, bpy.types.Panel):
             column.label(text="Each baked object itself", icon="OBJECT_DATA")
 
 
+class OCCLUSION_BAKE_PT_material(_Sidebar, bpy.types.Panel):
+    """The baked images in the objects' materials."""
+
+    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
+    bl_label = "Material"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = self.layout, context.scene.occlusion_bake
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(chosen, "use_material")
+        layout.prop(chosen, "use_gltf")
+        layout.operator(OCCLUSION_BAKE_OT_unhook.bl_idname, icon="X")
+
+
 class OCCLUSION_BAKE_PT_options(_Sidebar, bpy.types.Panel):
     """Distance, filter, UVs, margin, and what is seldom changed."""
 
@@ -182,6 +198,7 @@ CLASSES = (
     OCCLUSION_BAKE_PT_result,
     OCCLUSION_BAKE_PT_reflection,
     OCCLUSION_BAKE_PT_occluders,
+    OCCLUSION_BAKE_PT_material,
     OCCLUSION_BAKE_PT_options,
     OCCLUSION_BAKE_PT_cycles,
 )

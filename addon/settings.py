@@ -92,7 +92,11 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     seed: IntProperty(name="Seed", description="Same seed, same texture", default=0, min=0)
     threads: IntProperty(name="Threads", description="Processor threads; 0 is all", default=0, min=0, max=1024)
     use_material: BoolProperty(
-        name="Show in Material", description="Multiply the AO into the base colour of the object's materials"
+        name="Show in Material",
+        description="Multiply AO into the base colour, and RO into the specular level, of the object's materials",
+    )
+    use_gltf: BoolProperty(
+        name="glTF Occlusion", description="Put AO where Blender's glTF exporter looks for an occlusion texture"
     )
     cycles_samples: IntProperty(
         name="Cycles Samples",

@@ -1,4 +1,4 @@
-"""Baked maps as Blender images, and in materials."""
+"""Baked maps as Blender images."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.images import hook_up, show_picture, store  # noqa: E402
+from occlusion_bake.addon.images import show_picture, store  # noqa: E402
 from occlusion_bake.core.bake import Baked, BakedMap  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
@@ -31,32 +31,6 @@ def pixels(image: Any) -> Any:
     values = np.empty(4 * image.size[0] * image.size[1], np.float32)
     image.pixels.foreach_get(values)
     return values.reshape(image.size[1], image.size[0], 4)[::-1]
-
-
-def material(name: str = "Paint") -> Any:
-    made = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        made.use_nodes = True
-    return made
-
-
-def base(material: Any) -> Any:
-    return material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
-
-
-def mix(material: Any) -> Any:
-    """The node that multiplies, which must be what the base colour comes from: its two colours and factor."""
-    (link,) = base(material).links
-    node = link.from_node
-    assert (node.type, node.data_type, node.blend_type) == ("MIX", "RGBA", "MULTIPLY")
-    assert node.inputs["Factor"].default_value == 1.0
-    return [socket for socket in node.inputs if socket.type == "RGBA"]
-
-
-def texture(material: Any) -> Any:
-    (link,) = mix(material)[1].links
-    assert link.from_node.type == "TEX_IMAGE"
-    return link.from_node
 
 
 # Images
@@ -115,64 +89,3 @@ def test_a_picture_takes_the_place_of_the_last(tmp_path: Path) -> None:
         shown = show_picture("Comparison", str(tmp_path / "picture.png"))
         assert shown.name == "Comparison" and shown.packed_file is not None
     assert len(bpy.data.images) == 2
-
-
-# Materials
-
-
-def test_the_ao_is_multiplied_into_the_base_colour(make: Any) -> None:
-    obj, paint = make.plane(), material()
-    obj.data.materials.append(paint)
-    base(paint).default_value = (0.2, 0.4, 0.6, 1.0)
-    image = store(baked())["ao"]
-    hook_up(obj, image, None)
-    assert tuple(mix(paint)[0].default_value) == pytest.approx((0.2, 0.4, 0.6, 1.0))
-    assert texture(paint).image == image and not texture(paint).inputs["Vector"].is_linked
-
-
-def test_what_was_linked_to_the_base_colour_stays(make: Any) -> None:
-    obj, paint = make.plane(), material()
-    obj.data.materials.append(paint)
-    noise = paint.node_tree.nodes.new("ShaderNodeTexNoise")
-    paint.node_tree.links.new(noise.outputs["Color"], base(paint))
-    hook_up(obj, store(baked())["ao"], None)
-    assert mix(paint)[0].links[0].from_node == noise
-
-
-def test_the_uv_map_that_was_baked_onto(make: Any) -> None:
-    obj, paint = make.plane(), material()
-    obj.data.materials.append(paint)
-    hook_up(obj, store(baked())["ao"], "Charts")
-    node = texture(paint).inputs["Vector"].links[0].from_node
-    assert node.type == "UVMAP" and node.uv_map == "Charts"
-
-
-def test_again_only_the_image_is_exchanged(make: Any) -> None:
-    obj, paint = make.plane(), material()
-    obj.data.materials.append(paint)
-    hook_up(obj, store(baked())["ao"], None)
-    count = len(paint.node_tree.nodes)
-    other = store(baked("Other"))["ao"]
-    hook_up(obj, other, None)
-    assert len(paint.node_tree.nodes) == count and texture(paint).image == other
-
-
-@pytest.mark.parametrize("slots", [0, 1, 2])
-def test_an_object_without_a_material_gets_one(make: Any, slots: int) -> None:
-    obj = make.plane()
-    for _ in range(slots):
-        obj.data.materials.append(None)
-    image = store(baked())["ao"]
-    hook_up(obj, image, None)
-    (made,) = bpy.data.materials
-    assert obj.material_slots[0].material == made and texture(made).image == image
-
-
-def test_every_material_of_the_object_is_hooked_up(make: Any) -> None:
-    obj = make.plane()
-    paints = [material("One"), material("Two")]
-    for paint in paints:
-        obj.data.materials.append(paint)
-    image = store(baked())["ao"]
-    hook_up(obj, image, None)
-    assert [texture(paint).image for paint in paints] == [image, image]

@@ -1,0 +1,181 @@
+"""Baked images in materials, and out of them again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from occlusion_bake.addon.material import hook_up, is_hooked_up, unhook  # noqa: E402
+
+pytestmark = pytest.mark.usefixtures("empty_scene")
+
+
+def image(name: str = "Thing AO") -> Any:
+    return bpy.data.images.new(name, 4, 4, is_data=True)
+
+
+def material(name: str = "Paint") -> Any:
+    made = bpy.data.materials.new(name)
+    if bpy.app.version < (5, 0):
+        made.use_nodes = True
+    return made
+
+
+def base(material: Any) -> Any:
+    return material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
+
+
+def mix(material: Any) -> Any:
+    """The node that multiplies, which must be what the base colour comes from: its two colours and factor."""
+    (link,) = base(material).links
+    node = link.from_node
+    assert (node.type, node.data_type, node.blend_type) == ("MIX", "RGBA", "MULTIPLY")
+    assert node.inputs["Factor"].default_value == 1.0
+    return [socket for socket in node.inputs if socket.type == "RGBA"]
+
+
+def texture(material: Any) -> Any:
+    (link,) = mix(material)[1].links
+    assert link.from_node.type == "TEX_IMAGE"
+    return link.from_node
+
+
+def test_the_ao_is_multiplied_into_the_base_colour(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    base(paint).default_value = (0.2, 0.4, 0.6, 1.0)
+    ao = image()
+    hook_up(obj, {"ao": ao}, None)
+    assert tuple(mix(paint)[0].default_value) == pytest.approx((0.2, 0.4, 0.6, 1.0))
+    assert texture(paint).image == ao and not texture(paint).inputs["Vector"].is_linked
+
+
+def test_what_was_linked_to_the_base_colour_stays(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    noise = paint.node_tree.nodes.new("ShaderNodeTexNoise")
+    paint.node_tree.links.new(noise.outputs["Color"], base(paint))
+    hook_up(obj, {"ao": image()}, None)
+    assert mix(paint)[0].links[0].from_node == noise
+
+
+def test_the_uv_map_that_was_baked_onto(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    hook_up(obj, {"ao": image()}, "Charts")
+    node = texture(paint).inputs["Vector"].links[0].from_node
+    assert node.type == "UVMAP" and node.uv_map == "Charts"
+
+
+def test_again_only_the_image_is_exchanged(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    hook_up(obj, {"ao": image()}, None)
+    count = len(paint.node_tree.nodes)
+    other = image("Other")
+    hook_up(obj, {"ao": other}, None)
+    assert len(paint.node_tree.nodes) == count and texture(paint).image == other
+
+
+@pytest.mark.parametrize("slots", [0, 1, 2])
+def test_an_object_without_a_material_gets_one(make: Any, slots: int) -> None:
+    obj = make.plane()
+    for _ in range(slots):
+        obj.data.materials.append(None)
+    ao = image()
+    hook_up(obj, {"ao": ao}, None)
+    (made,) = bpy.data.materials
+    assert obj.material_slots[0].material == made and texture(made).image == ao
+
+
+def test_every_material_of_the_object_is_hooked_up(make: Any) -> None:
+    obj = make.plane()
+    paints = [material("One"), material("Two")]
+    for paint in paints:
+        obj.data.materials.append(paint)
+    ao = image()
+    hook_up(obj, {"ao": ao}, None)
+    assert [texture(paint).image for paint in paints] == [ao, ao]
+
+
+def specular(material: Any) -> Any:
+    return material.node_tree.nodes["Principled BSDF"].inputs["Specular IOR Level"]
+
+
+def shape(material: Any) -> Any:
+    """All nodes and links of a material."""
+    tree = material.node_tree
+    ends = [(link.from_socket, link.to_socket) for link in tree.links]
+    links = {(start.node.name, start.name, end.node.name, end.name) for start, end in ends}
+    return {node.name for node in tree.nodes}, links
+
+
+def test_the_ro_is_multiplied_into_the_specular_level(make: Any) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    specular(paint).default_value = 0.25
+    ro = image("Thing RO 10")
+    hook_up(obj, {"ao": image(), "ro_10": ro, "ro_100": image("Thing RO 100")}, None)
+    product = specular(paint).links[0].from_node
+    assert (product.type, product.operation, product.inputs[0].default_value) == ("MATH", "MULTIPLY", 0.25)
+    assert product.inputs[1].links[0].from_node.image == ro
+    assert mix(paint)  # the AO beside it
+
+
+@pytest.mark.parametrize("linked", [False, True])
+def test_removed_all_is_as_it_was(make: Any, linked: bool) -> None:
+    obj, paint = make.plane(), material()
+    obj.data.materials.append(paint)
+    base(paint).default_value = (0.2, 0.4, 0.6, 1.0)
+    if linked:
+        noise = paint.node_tree.nodes.new("ShaderNodeTexNoise")
+        paint.node_tree.links.new(noise.outputs["Color"], base(paint))
+        paint.node_tree.links.new(noise.outputs[0], specular(paint))
+    before = shape(paint)
+    hook_up(obj, {"ao": image(), "ro_10": image("RO")}, "Charts", gltf=True)
+    assert is_hooked_up(obj) and shape(paint) != before
+    assert unhook(obj) and shape(paint) == before and not is_hooked_up(obj)
+    assert tuple(base(paint).default_value) == pytest.approx((0.2, 0.4, 0.6, 1.0))
+    assert not bpy.data.node_groups and not unhook(obj)
+
+
+@pytest.mark.parametrize("slots", [0, 1])
+def test_a_material_that_was_made_goes_too(make: Any, slots: int) -> None:
+    obj = make.plane()
+    for _ in range(slots):
+        obj.data.materials.append(None)
+    hook_up(obj, {"ao": image()}, None)
+    assert unhook(obj)
+    assert len(obj.material_slots) == slots and not bpy.data.materials
+
+
+def test_a_material_that_others_use_by_now_stays(make: Any) -> None:
+    obj, other = make.plane("One"), make.plane("Two")
+    hook_up(obj, {"ao": image()}, None)
+    other.data.materials.append(obj.material_slots[0].material)
+    assert unhook(obj)
+    assert obj.material_slots[0].material == other.material_slots[0].material
+    assert not is_hooked_up(other)
+
+
+def test_neither_preview_nor_gltf_leaves_all_alone(make: Any) -> None:
+    obj = make.plane()
+    hook_up(obj, {"ao": image()}, None, preview=False)
+    assert not obj.material_slots and not bpy.data.materials
+
+
+def test_blenders_gltf_exporter_finds_the_occlusion(make: Any, tmp_path: Path) -> None:
+    obj = make.plane()
+    ao = image()
+    ao.pack()
+    hook_up(obj, {"ao": ao}, None, preview=False, gltf=True)
+    bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
+    bpy.ops.export_scene.gltf(filepath=str(tmp_path / "thing.gltf"), export_format="GLTF_SEPARATE")
+    (exported,) = json.loads((tmp_path / "thing.gltf").read_text())["materials"]
+    assert exported["occlusionTexture"]["index"] == 0
+    assert "baseColorTexture" not in exported.get("pbrMetallicRoughness", {})
