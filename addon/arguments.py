@@ -54,6 +54,7 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     )
     add("--format", choices=("png", "exr", "tiff"), default="png", help="of the images (png)")
     add("--depth", type=int, choices=(8, 16, 32), default=16, help="bits a channel (16)")
+    add("--dither", action="store_true", help="round integers by chance, so that slow gradients show no bands")
     add("--margin", type=int, default=16, metavar="PX", help="texels to carry chart borders outward (16)")
     add("--threads", type=int, default=0, metavar="N", help="processor threads (all)")
     add("--seed", type=int, default=0, metavar="S", help="same seed, same bits (0)")

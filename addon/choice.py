@@ -1,13 +1,40 @@
-"""What the artist chose: objects by selection, the rest in the panel."""
+"""What the artist chose: objects by selection, the rest in the panel, or as it was kept on an image."""
 
 from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
 
 import bpy
 
 from ..core.errors import InputError
+from .images import MARK
 from .job import CHARTS, Options
-from .occluding import Occluding
-from .settings import core_settings
+from .occluding import Occluding, named, words_of
+from .outputs import Output
+from .settings import core_settings, plain_settings
+
+KEPT = "occlusion_bake_settings"  # on an image of ours: the order that it was baked by, as JSON
+
+
+@dataclass(frozen=True)
+class Order:
+    """One press of the button. preview, gltf: whether the images go into materials. panel: the settings as they were
+    set."""
+
+    options: Options
+    output: Output
+    preview: bool
+    gltf: bool
+    panel: dict[str, Any]
+
+    def kept(self) -> str:
+        """As it is kept on an image."""
+        occluding = self.options.occluding
+        return json.dumps({"panel": self.panel, "occluders": words_of(occluding), "image": self.output.image})
 
 
 def chosen_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -27,7 +54,7 @@ def chosen_occluders(context: bpy.types.Context) -> list[bpy.types.Object] | Non
     return [] if chosen.occluders == "SELF" else None
 
 
-def options_of(context: bpy.types.Context) -> Options:
+def order_of(context: bpy.types.Context) -> Order:
     """The panel's settings for the chosen meshes. Raises InputError."""
     names = tuple(obj.name for obj in chosen_objects(context) if obj.type == "MESH")
     if not names:
@@ -38,4 +65,41 @@ def options_of(context: bpy.types.Context) -> Options:
     found = chosen_occluders(context)
     occluders = None if found is None else frozenset(obj.name for obj in found)
     occluding = Occluding(occluders, chosen.occluders == "SELF", chosen.use_ground)
-    return Options(names, core_settings(context.scene), CHARTS if chosen.uv == "CHARTS" else None, occluding)
+    image = chosen.image.name if chosen.image is not None else ""
+    return _order(names, plain_settings(chosen), occluding, image)
+
+
+def keep_order(order: Order, images: Mapping[str, bpy.types.Image]) -> None:
+    """Let images tell how they were baked."""
+    for image in images.values():
+        image[KEPT] = order.kept()
+
+
+def is_ours(image: bpy.types.Image | None) -> bool:
+    """Whether an image tells how it was baked."""
+    return image is not None and KEPT in image
+
+
+def order_again(image: bpy.types.Image) -> Order:
+    """What an image was baked by. Raises InputError where it does not say so, or its object is gone."""
+    try:
+        kept = json.loads(image[KEPT])
+        owner = image[MARK].rpartition("/")[0]
+        panel, words = dict(kept["panel"]), list(kept["occluders"])
+    except (KeyError, ValueError, TypeError):
+        raise InputError(f"{image.name}: it does not tell how it was baked; bake its object anew") from None
+    if owner not in bpy.data.objects:
+        raise InputError(f"{image.name}: its object {owner} is gone; bake another")
+    try:
+        return _order((owner,), panel, named(words, ground=panel["use_ground"]), kept.get("image", ""))
+    except (AttributeError, KeyError):  # kept by another version
+        raise InputError(f"{image.name}: it was baked by another version; bake its object anew") from None
+
+
+def _order(names: tuple[str, ...], panel: dict[str, Any], occluding: Occluding, image: str) -> Order:
+    chosen: Any = SimpleNamespace(**panel)
+    uv = CHARTS if chosen.uv == "CHARTS" else None
+    options = Options(names, core_settings(chosen), uv, occluding)
+    depth, kind = int(chosen.depth), chosen.format.lower()
+    output = Output(chosen.output, chosen.path, kind, depth, chosen.use_dither, image, chosen.channel)
+    return Order(options, output, chosen.use_material, chosen.use_gltf, panel)

@@ -81,7 +81,7 @@ def _bake(options: Any) -> None:
     context = bpy.context
     settings = settings_of(options)
     _place_files(options)
-    folder = Folder(options.output, options.format, options.depth)
+    folder = Folder(options.output, options.format, options.depth, options.dither)
     names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
     progress = Progress(len(names))
     outcome = Outcome()

@@ -26,6 +26,7 @@ class Folder:
     path: Path
     format: str = "png"
     depth: int = 16
+    dither: bool = False
     _taken: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
@@ -35,8 +36,7 @@ class Folder:
 
     def stem(self, name: str) -> str:
         """A file name for an object: what file systems refuse becomes _, a name that is taken gets a number."""
-        safe = re.sub(r'[\x00-\x1f\x7f<>:"/\\|?*]', "_", name)
-        clean = safe.encode()[:_LONGEST_STEM].decode(errors="ignore").strip(" .") or "object"
+        clean = clean_name(name)
         stem, number = clean, 1
         while _same_file(stem) in self._taken:
             number += 1
@@ -55,8 +55,15 @@ class Folder:
                 depth=self.depth,
                 coverage=each.coverage,
                 metadata=image_metadata(baked, name, settings),
+                dither=self.dither,
             )
         return files
+
+
+def clean_name(name: str) -> str:
+    """A name without what file systems refuse."""
+    safe = re.sub(r'[\x00-\x1f\x7f<>:"/\\|?*]', "_", name)
+    return safe.encode()[:_LONGEST_STEM].decode(errors="ignore").strip(" .") or "object"
 
 
 def _same_file(stem: str) -> str:

@@ -1,11 +1,14 @@
-"""Baked maps as Blender images, and on request in the object's materials."""
+"""Baked maps as Blender images."""
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ..core.bake import Baked, BakedMap
+from ..core.images import dithered
 from ..core.scene import Floats
 
 MARK = "occlusion_bake"  # on an image of ours: "object/map"
@@ -28,14 +31,58 @@ def _store(owner: str, name: str, baked: BakedMap) -> bpy.types.Image:
     return image
 
 
-def _image(owner: str, name: str, width: int, height: int) -> bpy.types.Image:
+def store_file(owner: str, name: str, path: Path) -> bpy.types.Image:
+    """The image of a file that was written, in the place of that of an earlier bake of the same map."""
+    old = _earlier(owner, name)
+    if old is not None and old.source == "FILE" and old.packed_file is None:
+        old.filepath = str(path)
+        old.reload()
+        image = old
+    else:
+        image = bpy.data.images.load(str(path))
+        _take_place(image, old, f"{owner} {_title(name)}")
+        image[MARK] = f"{owner}/{name}"
+    image.colorspace_settings.name = "Non-Color"
+    return image
+
+
+def store_channel(image: bpy.types.Image, channel: str, baked: BakedMap, dither: bool) -> bpy.types.Image:
+    """Put a map into one channel of an image of its size; a packed one is packed again, a file is left to be saved."""
+    pixels = np.empty((*baked.values.shape, 4), dtype=np.float32)
+    image.pixels.foreach_get(pixels.reshape(-1))
+    values = np.clip(baked.values, 0.0, 1.0)[::-1]
+    if not image.is_float and dither:
+        values = dithered(values * np.float32(255.0), 255) / np.float32(255.0)
+    pixels[..., "RGBA".index(channel)] = values
+    image.pixels.foreach_set(pixels.reshape(-1))
+    image.update()
+    if image.packed_file is not None or image.source == "GENERATED":
+        image.pack()
+    return image
+
+
+def _earlier(owner: str, name: str) -> bpy.types.Image | None:
     mark = f"{owner}/{name}"
-    image = next((each for each in bpy.data.images if each.get(MARK) == mark and each.library is None), None)
-    if image is None:
+    return next((each for each in bpy.data.images if each.get(MARK) == mark and each.library is None), None)
+
+
+def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) -> None:
+    """Let all that uses an old image use another."""
+    if old is not None:
+        name = old.name  # the artist may have given it another
+        old.user_remap(image)
+        bpy.data.images.remove(old)
+    image.name = name
+
+
+def _image(owner: str, name: str, width: int, height: int) -> bpy.types.Image:
+    old = image = _earlier(owner, name)
+    if image is None or (image.packed_file is None and image.source == "FILE"):  # never write into a file's image
         image = bpy.data.images.new(
             f"{owner} {_title(name)}", width, height, alpha=False, float_buffer=True, is_data=True
         )
-        image[MARK] = mark
+        image[MARK] = f"{owner}/{name}"
+        _take_place(image, old, image.name)
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
     if image.colorspace_settings.name != "Non-Color":  # setting it makes Blender read the packed file again
@@ -63,8 +110,5 @@ def show_picture(name: str, path: str) -> bpy.types.Image:
     image.pack()
     image.filepath_raw = ""
     old = bpy.data.images.get(name)
-    if old is not None and old.get(MARK) == "picture":
-        old.user_remap(image)  # open editors show the new one
-        bpy.data.images.remove(old)
-    image.name = name
+    _take_place(image, old if old is not None and old.get(MARK) == "picture" else None, name)
     return image

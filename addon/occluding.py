@@ -34,14 +34,14 @@ def named(words: Sequence[str], *, ground: bool = False) -> Occluding:
 
     Raises InputError for a name that the file has not.
     """
-    if list(words) in ([], [SCENE]):
+    if list(words) == [SCENE]:
         return Occluding(ground=ground)
     if list(words) == [SELF]:
         return Occluding(alone=True, ground=ground)
     names: set[str] = set()
     for word in words:
         if word not in bpy.data.objects and word not in bpy.data.collections:
-            raise InputError(f"{word}: no object or collection of this name; --occluders takes those, scene or self")
+            raise InputError(f"{word}: no object or collection of this name can block light; name another")
         if word in bpy.data.collections:
             names.update(obj.name for obj in bpy.data.collections[word].all_objects)
         if word in bpy.data.objects:

@@ -15,28 +15,31 @@ from ..core.report import error_in_words, object_entry, rays_per_texel, times_as
 from ..core.scene import Instance
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
-from .choice import chosen_objects, options_of
-from .images import show_picture, store
+from .choice import Order, chosen_objects, is_ours, keep_order, order_again, order_of
+from .images import show_picture
 from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
 from .material import hook_up, is_hooked_up, unhook
 from .modal import LongOperator, running
+from .outputs import CHANNEL
 from .runner import Steps
 from .settings import add_lines, show_lines
 
 _NAMED = 6  # occluders in the line that says who they were
 
 
-class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
-    """Bake the selected meshes into images named after them. UV charts are made where there is no UV map"""
+class _BakeOperator(LongOperator):
+    """Mixed into an operator that bakes what its `order` says."""
 
-    bl_idname = "occlusion_bake.bake"
-    bl_label = "Bake Occlusion"
-    bl_options = {"UNDO"}
+    def order(self, context: bpy.types.Context) -> Order:
+        """What to bake, and where to. Raises InputError."""
+        raise NotImplementedError
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        options, outcome = options_of(context), Outcome()
+        order, outcome = self.order(context), Outcome()
+        options = order.options
+        order.output.check(options.objects, options.settings)
         show_lines(context, [])
-        deliver = self._deliverer(context, options, outcome)
+        deliver = self._deliverer(context, order, outcome)
         with charts_on_trial(context.view_layer, options.objects, outcome.finished):
             try:
                 yield from bake_steps(context, options, progress, outcome, deliver)
@@ -46,11 +49,11 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
         self._conclude(context, options, outcome)
 
     def _deliverer(
-        self: Any, context: bpy.types.Context, options: Options, outcome: Outcome
+        self: Any, context: bpy.types.Context, order: Order, outcome: Outcome
     ) -> Callable[[Instance, Baked], None]:
         """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
-        chosen = {name: context.view_layer.objects[name].session_uid for name in options.objects}
-        preview, gltf = context.scene.occlusion_bake.use_material, context.scene.occlusion_bake.use_gltf
+        options, objects = order.options, context.view_layer.objects
+        chosen = {name: objects[name].session_uid for name in options.objects}
 
         def deliver(target: Instance, baked: Baked) -> None:
             obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
@@ -58,8 +61,11 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
                 raise InputError(f"{target.name}: removed during the bake; its image was left as it was")
             if target.name in outcome.charted and CHART_MAP not in obj.data.uv_layers:
                 raise InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
-            images = store(baked)
-            hook_up(obj, images, CHART_MAP if options.uv == CHARTS else None, preview=preview, gltf=gltf)
+            images = order.output.deliver(baked, options.settings)
+            if order.output.kind != CHANNEL:
+                keep_order(order, images)
+                uv = CHART_MAP if options.uv == CHARTS else None
+                hook_up(obj, images, uv, preview=order.preview, gltf=order.gltf)
             for line in baked.warnings:
                 self.report({"WARNING"}, line)
             add_lines(context, [*result_lines(baked), *baked.warnings])
@@ -78,6 +84,38 @@ class OCCLUSION_BAKE_OT_bake(LongOperator, bpy.types.Operator):
         self.report({"INFO"}, f"{what} in {seconds:.2f} s" if seconds is not None else f"{what}, then was cancelled")
 
 
+class OCCLUSION_BAKE_OT_bake(_BakeOperator, bpy.types.Operator):
+    """Bake the selected meshes into images named after them. UV charts are made where there is no UV map"""
+
+    bl_idname = "occlusion_bake.bake"
+    bl_label = "Bake Occlusion"
+    bl_options = {"UNDO"}
+
+    def order(self, context: bpy.types.Context) -> Order:
+        return order_of(context)
+
+
+class OCCLUSION_BAKE_OT_again(_BakeOperator, bpy.types.Operator):
+    """Bake the object of the shown image once more, by the settings that the image was baked with"""
+
+    bl_idname = "occlusion_bake.again"
+    bl_label = "Bake Again"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if running() is not None:
+            cls.poll_message_set("A bake is running")  # type: ignore[attr-defined]
+            return False
+        if not is_ours(getattr(context, "edit_image", None)):
+            cls.poll_message_set("Show an image that Occlusion Bake has made")  # type: ignore[attr-defined]
+            return False
+        return True
+
+    def order(self, context: bpy.types.Context) -> Order:
+        return order_again(context.edit_image)
+
+
 class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
     """Make UV charts in a map of their own for the selected meshes; their other UV maps stay as they are"""
 
@@ -86,7 +124,7 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        options, outcome, kept = options_of(context), Outcome(), []
+        options, outcome, kept = order_of(context).options, Outcome(), []
         show_lines(context, [])
         with charts_on_trial(context.view_layer, options.objects, kept):
             kept += yield from chart_steps(context, replace(options, uv=CHARTS), progress, outcome)
@@ -105,7 +143,7 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        options = options_of(context)
+        options = order_of(context).options
         active = context.view_layer.objects.active
         name = active.name if active is not None and active.name in options.objects else options.objects[0]
         show_lines(context, [])
@@ -195,6 +233,7 @@ def _counted(objects: int) -> str:
 
 CLASSES = (
     OCCLUSION_BAKE_OT_bake,
+    OCCLUSION_BAKE_OT_again,
     OCCLUSION_BAKE_OT_unwrap,
     OCCLUSION_BAKE_OT_compare,
     OCCLUSION_BAKE_OT_unhook,

@@ -7,16 +7,19 @@ from textwrap import wrap
 
 import bpy
 
-from .choice import chosen_occluders
+from .choice import chosen_occluders, is_ours
+from .images import MARK
 from .modal import progress_words, running
 from .occluding import may_occlude
 from .operators import (
+    OCCLUSION_BAKE_OT_again,
     OCCLUSION_BAKE_OT_bake,
     OCCLUSION_BAKE_OT_cancel,
     OCCLUSION_BAKE_OT_compare,
     OCCLUSION_BAKE_OT_unhook,
     OCCLUSION_BAKE_OT_unwrap,
 )
+from .outputs import CHANNEL, SAVED
 from .settings import by_rays
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
@@ -49,20 +52,22 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         layout.prop(chosen, "quality")
         if by_rays(chosen):
             layout.prop(chosen, "rays")
-        self._draw_button(context)
+        draw_button(layout, OCCLUSION_BAKE_OT_bake.bl_idname, "RENDER_STILL")
 
-    def _draw_button(self, context: bpy.types.Context) -> None:
-        row = self.layout.row(align=True)
-        row.scale_y = 1.6
-        progress = running()
-        if progress is None:
-            row.operator(OCCLUSION_BAKE_OT_bake.bl_idname, icon="RENDER_STILL")
-        else:
-            row.progress(factor=progress.fraction, text=f"{100.0 * progress.fraction:.0f} %")
-            row.operator(OCCLUSION_BAKE_OT_cancel.bl_idname, text="", icon="X")
-            column = self.layout.column(align=True)
-            for words in progress_words(progress):
-                column.label(text=words)
+
+def draw_button(layout: bpy.types.UILayout, operator: str, icon: str) -> None:
+    """The button that bakes; while it does, how far it is, and the way out."""
+    row = layout.row(align=True)
+    row.scale_y = 1.6
+    progress = running()
+    if progress is None:
+        row.operator(operator, icon=icon)
+        return
+    row.progress(factor=progress.fraction, text=f"{100.0 * progress.fraction:.0f} %")
+    row.operator(OCCLUSION_BAKE_OT_cancel.bl_idname, text="", icon="X")
+    column = layout.column(align=True)
+    for words in progress_words(progress):
+        column.label(text=words)
 
 
 class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
@@ -136,6 +141,49 @@ class OCCLUSION_BAKE_PT_occluders(_Sidebar, bpy.types.Panel):
             column.label(text="Each baked object itself", icon="OBJECT_DATA")
 
 
+class OCCLUSION_BAKE_PT_output(_Sidebar, bpy.types.Panel):
+    """Where the images go."""
+
+    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
+    bl_label = "Output"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = self.layout, context.scene.occlusion_bake
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(chosen, "output", text="To")
+        if chosen.output == SAVED:
+            layout.prop(chosen, "path")
+            layout.prop(chosen, "format")
+            layout.prop(chosen, "depth", expand=True)
+            dither = layout.row()
+            dither.active = chosen.depth == "8"
+            dither.prop(chosen, "use_dither")
+        if chosen.output == CHANNEL:
+            layout.prop(chosen, "image")
+            layout.prop(chosen, "channel", expand=True)
+            layout.prop(chosen, "use_dither")
+
+
+class OCCLUSION_BAKE_PT_image(bpy.types.Panel):
+    """What an image of ours says of itself, beside it."""
+
+    bl_space_type = "IMAGE_EDITOR"
+    bl_region_type = "UI"
+    bl_category = "Occlusion"
+    bl_idname = "OCCLUSION_BAKE_PT_image"
+    bl_label = "Occlusion Bake"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return is_ours(context.edit_image)
+
+    def draw(self, context: bpy.types.Context) -> None:
+        self.layout.label(text=context.edit_image[MARK].replace("/", ", "), icon="OBJECT_DATA")
+        draw_button(self.layout, OCCLUSION_BAKE_OT_again.bl_idname, "FILE_REFRESH")
+
+
 class OCCLUSION_BAKE_PT_material(_Sidebar, bpy.types.Panel):
     """The baked images in the objects' materials."""
 
@@ -198,7 +246,9 @@ CLASSES = (
     OCCLUSION_BAKE_PT_result,
     OCCLUSION_BAKE_PT_reflection,
     OCCLUSION_BAKE_PT_occluders,
+    OCCLUSION_BAKE_PT_output,
     OCCLUSION_BAKE_PT_material,
     OCCLUSION_BAKE_PT_options,
     OCCLUSION_BAKE_PT_cycles,
+    OCCLUSION_BAKE_PT_image,
 )

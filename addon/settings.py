@@ -29,6 +29,18 @@ _OCCLUDERS = [
     ("SELF", "Only Itself", "Each object is hidden by its own faces alone"),
     ("COLLECTION", "Collection", "The objects of a collection, and each baked object itself"),
 ]
+_OUTPUTS = [
+    ("PACKED", "In the File", "Float images, packed into the .blend file and saved with it"),
+    ("SAVED", "Saved", "Image files, by a path made of the object's and the map's name"),
+    ("CHANNEL", "A Channel", "One channel of an image that is there, as R of a packed ORM; the others stay"),
+]
+_FORMATS = [
+    ("PNG", "PNG", "8 or 16 bits a channel"),
+    ("EXR", "OpenEXR", "16 or 32 bits a channel, with coverage as alpha"),
+    ("TIFF", "TIFF", "8, 16 or 32 bits a channel"),
+]
+_DEPTHS = [("8", "8", "Bits a channel"), ("16", "16", "Bits a channel"), ("32", "32", "Bits a channel, float")]
+_CHANNELS = [("R", "R", "Red: AO in ORM, and in glTF"), ("G", "G", "Green"), ("B", "B", "Blue"), ("A", "A", "Alpha")]
 _UV = [
     ("ACTIVE", "Active Map", "The mesh's active UV map; charts are made where it has none"),
     ("CHARTS", "New Charts", "Charts in a UV map of their own; the mesh's other maps stay as they are"),
@@ -91,6 +103,21 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     uv: EnumProperty(name="UV Map", description="Which UV map to bake onto", items=_UV)
     seed: IntProperty(name="Seed", description="Same seed, same texture", default=0, min=0)
     threads: IntProperty(name="Threads", description="Processor threads; 0 is all", default=0, min=0, max=1024)
+    output: EnumProperty(name="Output", description="Where the baked maps go", items=_OUTPUTS)
+    path: StringProperty(
+        name="Path",
+        description="Of the image files: {object}, {map}, {width}, {height} and {file} stand for names and sizes, // "
+        "for the folder of the .blend file",
+        default="//textures/{object}_{map}",
+        subtype="FILE_PATH",
+    )
+    format: EnumProperty(name="Format", description="Of the image files", items=_FORMATS)
+    depth: EnumProperty(name="Depth", description="Bits a channel", items=_DEPTHS, default="16")
+    use_dither: BoolProperty(
+        name="Dither", description="Round integers by chance, so that slow gradients show no bands", default=True
+    )
+    image: PointerProperty(name="Image", description="Whose channel the map goes into", type=bpy.types.Image)
+    channel: EnumProperty(name="Channel", description="The channel that the map goes into", items=_CHANNELS)
     use_material: BoolProperty(
         name="Show in Material",
         description="Multiply AO into the base colour, and RO into the specular level, of the object's materials",
@@ -105,6 +132,9 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
         min=1,
         max=1 << 20,
     )
+
+
+_POINTERS = frozenset({"collection", "image"})
 
 
 class OcclusionBakeResult(bpy.types.PropertyGroup):
@@ -129,9 +159,14 @@ def by_rays(chosen: OcclusionBakeSettings) -> bool:
     return bool(chosen.quality == _RAYS)
 
 
-def core_settings(scene: Any) -> Settings:
-    """The scene's settings as the core takes them. Raises InputError."""
-    chosen = scene.occlusion_bake
+def plain_settings(chosen: Any) -> dict[str, Any]:
+    """All but the pointers, as plain values: to be kept, and to be baked by again."""
+    names = (name for name in OcclusionBakeSettings.__annotations__ if name not in _POINTERS)
+    return {name: getattr(chosen, name) for name in names}
+
+
+def core_settings(chosen: Any) -> Settings:
+    """The panel's settings, or kept ones, as the core takes them. Raises InputError."""
     estimators = [AO] if chosen.use_ao else []
     if chosen.use_ro:
         camera = chosen.direction == "CAMERA"

@@ -99,6 +99,7 @@ def write_image(
     depth: int,
     coverage: NDArray[Any] | None = None,
     metadata: Metadata | None = None,
+    dither: bool = False,
 ) -> None:
     """Write linear values to a .png, .exr, .tif or .tiff file, which appears whole or not at all.
 
@@ -106,13 +107,14 @@ def write_image(
     depth: see `check_format`. coverage: (h, w) bool or float; EXR keeps it as channel A and the values, not multiplied
     by it, in R, G and B, since engines refuse grey with alpha; PNG and TIFF leave it out.
     metadata: what was baked and how; kept as JSON in the image description, from which `read_image` brings it back.
+    dither: integers are rounded up or down by chance, in proportion, so that slow gradients show no bands.
     Raises InputError for a suffix, depth, shape or value that cannot be written, and for any failure to write; the file
     that was there before is then untouched.
     """
     path = Path(path)
     kind = _format_of(path)
     encoding = _encoding(kind, str(path), depth)
-    pixels = _encoded(_layers(path, values, coverage if kind.has_alpha else None), encoding)
+    pixels = _encoded(_layers(path, values, coverage if kind.has_alpha else None), encoding, dither)
     spec = _spec(pixels, kind, metadata)
     temporary = _beside(path)
     try:
@@ -185,12 +187,25 @@ def _layers(path: Path, values: NDArray[np.float32], coverage: NDArray[Any] | No
     return layers
 
 
-def _encoded(values: NDArray[np.float32], encoding: type[np.generic]) -> NDArray[Any]:
+def _encoded(values: NDArray[np.float32], encoding: type[np.generic], dither: bool) -> NDArray[Any]:
     if not issubclass(encoding, np.integer):
         return np.ascontiguousarray(values, dtype=encoding)
     scaled = np.clip(values, 0.0, 1.0)
-    scaled *= np.float32(np.iinfo(encoding).max)
+    most = np.iinfo(encoding).max
+    scaled *= np.float32(most)
+    if dither:
+        scaled = dithered(scaled, most)
     return np.rint(scaled, out=scaled).astype(encoding)
+
+
+def dithered(steps: NDArray[np.float32], most: int) -> NDArray[np.float32]:
+    """Values in steps of an integer, 0 to `most`, moved by up to half a step: rounded, their mean is the value's. Whole
+    steps stay what they are. The same image gets the same noise each time."""
+    noise = np.random.default_rng(0).random(steps.shape, dtype=np.float32)
+    noise -= np.float32(0.5)
+    noise *= np.float32(1.0 - 1e-6)  # a whole step must not reach the middle to the next
+    noise += steps
+    return np.clip(noise, 0.0, np.float32(most), out=noise)
 
 
 def _spec(pixels: NDArray[Any], kind: _Format, metadata: Metadata | None) -> Any:

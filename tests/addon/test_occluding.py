@@ -83,7 +83,7 @@ def test_the_commands_words_come_back(make: Any) -> None:
     for words in (["scene"], ["self"], ["Roof", "Wall"]):
         assert words_of(named(words)) == words
     assert words_of(Occluding(frozenset())) == ["self"]  # nothing but the target is the same as itself alone
-    with pytest.raises(InputError, match="Door: no object or collection of this name"):
+    with pytest.raises(InputError, match="Door: no object or collection"):
         named(["Door"])
 
 

@@ -259,7 +259,7 @@ def test_compare_leaves_a_picture_and_lines(make: Any, scene: Any) -> None:
 def test_the_comparisons_own_blender_bakes_the_same(scene: Any, quality: str, use_filter: bool) -> None:
     scene.quality, scene.use_filter, scene.seed, scene.use_ro = quality, use_filter, 3, True
     scene.use_distance, scene.distance = True, 0.3
-    options = Options(("Floor",), core_settings(bpy.context.scene))
+    options = Options(("Floor",), core_settings(bpy.context.scene.occlusion_bake))
     words = child_arguments(options, 4, Path("folder"), Path("report.json"))
     child, here = settings_of(parser("", with_file=False).parse_args(words)), ao_alone(options.settings)
     if here.error is not None:
@@ -275,18 +275,18 @@ def test_a_quality_is_an_error(scene: Any, quality: str, error: float) -> None:
     scene.quality = quality
     for on in (True, False):
         scene.use_filter = on
-        goal = core_settings(bpy.context.scene).goal
+        goal = core_settings(bpy.context.scene.occlusion_bake).goal
         assert goal.error == pytest.approx(error) and goal.filtered == on
 
 
 def test_a_new_scene_begins_with_the_commands_default() -> None:
-    chosen = core_settings(bpy.data.scenes.new("Another"))
+    chosen = core_settings(bpy.data.scenes.new("Another").occlusion_bake)
     assert chosen.goal == settings_of(parser("", with_file=False).parse_args([])).goal
 
 
 def test_rays_are_the_plain_estimate(scene: Any) -> None:
     scene.quality, scene.rays, scene.use_filter = "RAYS", 32, True
-    goal = core_settings(bpy.context.scene).goal
+    goal = core_settings(bpy.context.scene.occlusion_bake).goal
     assert (goal.rays, goal.error, goal.filtered) == (32, None, False)
 
 
@@ -342,7 +342,7 @@ def test_no_camera_to_reflect(make: Any, scene: Any) -> None:
 def test_the_horizon_is_divided_where_that_is_asked_for(scene: Any) -> None:
     for on in (False, True):
         scene.divide_horizon = on
-        assert core_settings(bpy.context.scene).divide_horizon == on
+        assert core_settings(bpy.context.scene.occlusion_bake).divide_horizon == on
 
 
 def test_a_mesh_without_faces_is_named(make: Any) -> None:

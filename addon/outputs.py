@@ -1,0 +1,115 @@
+"""Where baked maps go: images in the file, files by a template, or one channel of an image that is there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ..core.bake import Baked, Settings
+from ..core.errors import InputError
+from ..core.images import check_format, suffix, write_image
+from ..core.report import image_metadata
+from .files import check_file, clean_name, whole_path
+from .images import store, store_channel, store_file
+
+PACKED, SAVED, CHANNEL = "PACKED", "SAVED", "CHANNEL"
+
+
+@dataclass(frozen=True)
+class Output:
+    """kind: PACKED, SAVED or CHANNEL. path, format, depth: of files. image, channel: the name of an image, and which
+    of RGBA. dither: of integers."""
+
+    kind: str = PACKED
+    path: str = ""
+    format: str = "png"
+    depth: int = 16
+    dither: bool = True
+    image: str = ""
+    channel: str = "R"
+
+    def check(self, objects: Sequence[str], settings: Settings) -> None:
+        """Refuse, before a bake, what could not be delivered after it. Raises InputError."""
+        if self.kind == SAVED:
+            check_format(self.format, self.depth)
+            self._check_paths(objects, settings)
+        if self.kind == CHANNEL:
+            self._check_channel(objects, settings)
+
+    def deliver(self, baked: Baked, settings: Settings) -> dict[str, bpy.types.Image]:
+        """Put every map where it goes; returns the images by map. Raises InputError, what was there untouched."""
+        if self.kind == CHANNEL:
+            image = bpy.data.images.get(self.image)
+            if image is None:
+                raise InputError(f"{self.image}: the image was removed during the bake; choose another")
+            return {name: store_channel(image, self.channel, each, self.dither) for name, each in baked.maps.items()}
+        if self.kind == SAVED:
+            return {name: self._save(baked, name, settings) for name in baked.maps}
+        return store(baked)
+
+    def _save(self, baked: Baked, name: str, settings: Settings) -> bpy.types.Image:
+        path, each = self.file(baked.name, name, settings), baked.maps[name]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_image(
+            *(path, each.values),
+            depth=self.depth,
+            coverage=each.coverage,
+            metadata=image_metadata(baked, name, settings),
+            dither=self.dither and self.depth == 8,
+        )
+        return store_file(baked.name, name, path)
+
+    def file(self, owner: str, name: str, settings: Settings) -> Path:
+        """The file of an object's map. Raises InputError for a template that cannot be filled."""
+        scene_file = bpy.data.filepath
+        known = {
+            "object": clean_name(owner),
+            "map": name,
+            "width": settings.width,
+            "height": settings.height,
+            "file": clean_name(Path(scene_file).stem) if scene_file else "untitled",
+        }
+        try:
+            text = self.path.format(**known)
+        except (LookupError, ValueError, AttributeError):
+            words = ", ".join(f"{{{word}}}" for word in known)
+            raise InputError(f"Path {self.path}: only {words} can stand in it") from None
+        if not text.strip():
+            raise InputError("Path: it is empty; give one, as //textures/{object}_{map}")
+        ending = suffix(self.format)
+        path = whole_path(Path(text), scene_file)
+        return path if path.suffix.lower() == ending else path.with_name(path.name + ending)
+
+    def _check_paths(self, objects: Sequence[str], settings: Settings) -> None:
+        taken: dict[Path, str] = {}
+        for owner, estimator in product(objects, settings.estimators):
+            path = self.file(owner, estimator.name, settings)
+            if path in taken:
+                raise InputError(
+                    f"Path {self.path}: {taken[path]} and {owner} {estimator.name} would be one file; put {{object}} "
+                    "and {map} into it"
+                )
+            taken[path] = f"{owner} {estimator.name}"
+            check_file(path)
+
+    def _check_channel(self, objects: Sequence[str], settings: Settings) -> None:
+        image: Any = bpy.data.images.get(self.image)
+        if image is None:
+            raise InputError("Image: none is chosen to bake into; choose one")
+        if image.library is not None:
+            raise InputError(f"{image.name}: it is linked from {image.library.filepath}; make it local first")
+        if len(objects) > 1 or len(settings.estimators) > 1:
+            raise InputError(f"{image.name}: its channel takes one map of one object; choose one of each")
+        size = tuple(image.size)
+        if size != (settings.width, settings.height):
+            raise InputError(
+                f"{image.name}: it is {size[0]}x{size[1]} and the bake {settings.width}x{settings.height}; set the "
+                "size to that of the image"
+            )
+        if self.channel == "A" and image.channels < 4:
+            raise InputError(f"{image.name}: it has no alpha; choose another channel")
