@@ -11,11 +11,12 @@ def register() -> None:
     """Add properties, operators, panels and the command."""
     import bpy
 
-    from . import command, operators, panel, settings
+    from . import command, menu, settings
 
-    for each in (*settings.CLASSES, *operators.CLASSES, *panel.CLASSES):
+    for each in _classes():
         bpy.utils.register_class(each)
     settings.add_properties()
+    menu.add_to_menus()
     _commands.append(bpy.utils.register_cli_command(command.NAME, command.blender_command))
 
 
@@ -23,11 +24,18 @@ def unregister() -> None:
     """Stop what is running and take everything away again."""
     import bpy
 
-    from . import modal, operators, panel, settings
+    from . import menu, modal, settings
 
     modal.stop_all()
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    menu.remove_from_menus()
     settings.remove_properties()
-    for each in reversed((*settings.CLASSES, *operators.CLASSES, *panel.CLASSES)):
+    for each in reversed(_classes()):
         bpy.utils.unregister_class(each)
+
+
+def _classes() -> list[Any]:
+    from . import menu, operators, panel, presets, settings
+
+    return [each for module in (settings, operators, presets, panel, menu) for each in module.CLASSES]

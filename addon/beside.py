@@ -39,7 +39,7 @@ def compare_here(
             entry = object_entry(baked, {})
             picture = Path(folder, "compared.png")
             cycles = compare_with_cycles(
-                *(context, target, baked, alone.settings, samples, options.uv, options.occluding, picture)
+                *(context, target, baked, alone.settings, samples, options.uv, picture, options.occluding)
             )
             finish(context, {**entry, "cycles": cycles})
 

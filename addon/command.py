@@ -163,7 +163,7 @@ class _Writer:
         _say(f"{baked.name}: baking with Cycles, {samples} samples …")
         try:
             cycles = compare_with_cycles(
-                *(self._context, target, baked, self._settings, samples, self._options.uv, self.occluding, picture)
+                *(self._context, target, baked, self._settings, samples, self._options.uv, picture, self.occluding)
             )
         except InputError as refusal:  # the others go on
             self.uncompared.append(str(refusal))

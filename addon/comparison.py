@@ -18,7 +18,7 @@ from ..core.scene import Instance
 from ..core.texels import owners_by_centre, rasterize
 from .cycles import bake_ao
 from .job import CHART_MAP, CHARTS
-from .occluding import Occluding
+from .occluding import EVERYTHING, Occluding
 
 
 def compare_with_cycles(
@@ -28,8 +28,8 @@ def compare_with_cycles(
     settings: Settings,
     samples: int,
     uv: str | None,
-    occluding: Occluding,
     path: Path,
+    occluding: Occluding = EVERYTHING,
 ) -> Json:
     """Bake the target's AO with Cycles, write the picture (ours, Cycles', difference), return the report's entry.
 

@@ -21,6 +21,7 @@ from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
 from .material import hook_up, is_hooked_up, unhook
 from .modal import LongOperator, running
 from .outputs import CHANNEL
+from .overlap import select_overlap
 from .runner import Steps
 from .settings import add_lines, show_lines
 
@@ -69,6 +70,7 @@ class _BakeOperator(LongOperator):
             for line in baked.warnings:
                 self.report({"WARNING"}, line)
             add_lines(context, [*result_lines(baked), *baked.warnings])
+            context.window_manager.occlusion_bake.overlapping |= baked.overlapped > 0
 
         return deliver
 
@@ -170,6 +172,27 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         self.report({"INFO"}, "; ".join(lines[:4]))
 
 
+class OCCLUSION_BAKE_OT_select_overlap(bpy.types.Operator):
+    """Select the active mesh's faces that share their place in the UV map with others, in Edit Mode"""
+
+    bl_idname = "occlusion_bake.select_overlap"
+    bl_label = "Select Overlapping UVs"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = context.view_layer.objects.active
+        if obj is not None and obj.type == "MESH" and obj.data.uv_layers and obj.data.library is None:
+            return True
+        cls.poll_message_set("The active object is no mesh of this file with a UV map")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        count = select_overlap(context)
+        self.report({"INFO"}, f"{count} faces overlap in the UV map" if count else "No faces overlap in the UV map")
+        return {"FINISHED"}
+
+
 class OCCLUSION_BAKE_OT_unhook(bpy.types.Operator):
     """Take the baked images out of the selected objects' materials; what they multiplied is linked as before"""
 
@@ -236,6 +259,7 @@ CLASSES = (
     OCCLUSION_BAKE_OT_again,
     OCCLUSION_BAKE_OT_unwrap,
     OCCLUSION_BAKE_OT_compare,
+    OCCLUSION_BAKE_OT_select_overlap,
     OCCLUSION_BAKE_OT_unhook,
     OCCLUSION_BAKE_OT_cancel,
 )

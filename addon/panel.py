@@ -16,10 +16,12 @@ from .operators import (
     OCCLUSION_BAKE_OT_bake,
     OCCLUSION_BAKE_OT_cancel,
     OCCLUSION_BAKE_OT_compare,
+    OCCLUSION_BAKE_OT_select_overlap,
     OCCLUSION_BAKE_OT_unhook,
     OCCLUSION_BAKE_OT_unwrap,
 )
 from .outputs import CHANNEL, SAVED
+from .presets import OCCLUSION_BAKE_PT_presets
 from .settings import by_rays
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
@@ -38,6 +40,9 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
 
     bl_idname = "OCCLUSION_BAKE_PT_bake"
     bl_label = "Occlusion Bake"
+
+    def draw_header_preset(self, context: bpy.types.Context) -> None:
+        OCCLUSION_BAKE_PT_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = self.layout, context.scene.occlusion_bake
@@ -83,6 +88,8 @@ class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
         for line in lines.split("\n"):
             for part in wrap(line, _letters(context), subsequent_indent="   "):
                 column.label(text=part)
+        if context.window_manager.occlusion_bake.overlapping:
+            self.layout.operator(OCCLUSION_BAKE_OT_select_overlap.bl_idname, icon="RESTRICT_SELECT_OFF")
 
 
 def _letters(context: bpy.types.Context) -> int:

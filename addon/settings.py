@@ -141,11 +141,14 @@ class OcclusionBakeResult(bpy.types.PropertyGroup):
     """What the last bake or comparison came to, for the panel."""
 
     lines: StringProperty(options={"SKIP_SAVE"})  # parted by line breaks
+    overlapping: BoolProperty(options={"SKIP_SAVE"})  # whether UVs overlap of what was baked
 
 
 def show_lines(context: bpy.types.Context, lines: list[str]) -> None:
     """Put lines into the panel, in the place of earlier ones."""
     context.window_manager.occlusion_bake.lines = "\n".join(lines)
+    if not lines:
+        context.window_manager.occlusion_bake.overlapping = False
 
 
 def add_lines(context: bpy.types.Context, lines: list[str]) -> None:
@@ -161,8 +164,12 @@ def by_rays(chosen: OcclusionBakeSettings) -> bool:
 
 def plain_settings(chosen: Any) -> dict[str, Any]:
     """All but the pointers, as plain values: to be kept, and to be baked by again."""
-    names = (name for name in OcclusionBakeSettings.__annotations__ if name not in _POINTERS)
-    return {name: getattr(chosen, name) for name in names}
+    return {name: getattr(chosen, name) for name in plain_names()}
+
+
+def plain_names() -> list[str]:
+    """Of the settings that are no pointers."""
+    return [name for name in OcclusionBakeSettings.__annotations__ if name not in _POINTERS]
 
 
 def core_settings(chosen: Any) -> Settings:

@@ -111,7 +111,8 @@ class BakedMap:
 @dataclass(eq=False)
 class Baked:
     """One baked object. maps by estimator name. rays: those of all its maps. inside: the share of its texels, 0 to 1,
-    that lie inside other meshes (inside.py); their values are as traced. seconds by stage."""
+    that lie inside other meshes (inside.py); their values are as traced. overlapped: texels that show one of several
+    faces. seconds by stage."""
 
     name: str
     width: int
@@ -120,6 +121,7 @@ class Baked:
     rays: int
     maps: dict[str, BakedMap]
     inside: float = 0.0
+    overlapped: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
 
@@ -177,7 +179,8 @@ class Baker:
             }
         traced = sum(each.rays for each in solved)
         warnings += [*texels.warnings, *inside.warning(target.name, share), *_shortfalls(target, settings, solved)]
-        return Baked(target.name, settings.width, settings.height, texels.count, traced, maps, share, seconds, warnings)
+        size, found = (settings.width, settings.height), (share, texels.overlapped)
+        return Baked(target.name, *size, texels.count, traced, maps, *found, seconds, warnings)
 
     def _share_inside(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
         own = self._occluders.number_of(target, frame)

@@ -36,6 +36,7 @@ def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
         "p99": {name: each.p99 for name, each in baked.maps.items()},
         "mean": {name: each.mean for name, each in baked.maps.items()},
         "inside": baked.inside,
+        "overlapped": baked.overlapped,
         "files": {name: str(path) for name, path in files.items()},
         "warnings": list(baked.warnings),
     }

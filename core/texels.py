@@ -13,18 +13,22 @@ from .errors import InputError
 from .scene import Floats, Ints, Placed
 from .tracer import describe_surface
 
+_MUCH_UNOWNED = 0.25  # of the surface in triangles without a texel: the image is too small for them
+
 
 @dataclass(frozen=True, eq=False)
 class Texels:
     """The texels of one mesh in one image.
 
     owner: (H, W) int32, the triangle that covers most of the texel, -1 none. coverage: (H, W) float32, the share of the
-    texel that triangles cover, at most 1. warnings: a line each on UVs that cannot be baked as they are.
+    texel that triangles cover, at most 1. count: those with an owner; overlapped: those that triangles cover more than
+    wholly. warnings: a line each on UVs that cannot be baked as they are.
     """
 
     owner: Ints
     coverage: Floats
     count: int
+    overlapped: int
     warnings: list[str]
 
     @property
@@ -54,7 +58,8 @@ def rasterize(
     report = _rasterize(uv, owner, coverage, api.RULE_COVERAGE, skip, threads, control)
     if report.covered == 0:
         raise InputError(f"{name}: {_why_none(report, uv)}; unwrap it anew, or bake with chart UVs (--uv charts)")
-    return Texels(owner, coverage, int(report.covered), _warnings(name, report, width * height))
+    warnings = _warnings(name, report, uv, owner)
+    return Texels(owner, coverage, int(report.covered), int(report.overlapped), warnings)
 
 
 def owners_by_centre(uv: Floats, width: int, height: int, *, threads: int = 0) -> Ints:
@@ -104,7 +109,7 @@ def _why_none(report: api.RasterReport, uv: Floats) -> str:
     return f"its UVs cover no texel ({counts})"
 
 
-def _warnings(name: str, report: api.RasterReport, texels: int) -> list[str]:
+def _warnings(name: str, report: api.RasterReport, uv: Floats, owner: Ints) -> list[str]:
     lines = []
     if report.overlapped:
         share = 100.0 * report.overlapped / max(report.covered, 1)
@@ -116,4 +121,19 @@ def _warnings(name: str, report: api.RasterReport, texels: int) -> list[str]:
         lines.append(f"{name}: {report.outside} triangles leave the 0-1 UV square; what lies outside is not baked")
     if report.degenerate:
         lines.append(f"{name}: {report.degenerate} triangles have no area in the texture and get no texels")
+    if not report.overlapped and not report.outside and (share := _unowned_share(uv, owner)) >= _MUCH_UNOWNED:
+        lines.append(
+            f"{name}: {100.0 * share:.0f} % of its surface in the texture lies in triangles without a texel of their "
+            "own; detail finer than texels is averaged, and a larger image shows it"
+        )
     return lines
+
+
+def _unowned_share(uv: Floats, owner: Ints) -> float:
+    """The share, by area in the texture, of the triangles that own no texel."""
+    edges = uv[:, 1:] - uv[:, :1]
+    areas = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]).astype(np.float64)
+    areas[~np.isfinite(areas)] = 0.0
+    whole = float(areas.sum())
+    areas[owner[owner >= 0]] = 0.0
+    return float(areas.sum()) / whole if whole > 0.0 else 0.0

@@ -304,6 +304,6 @@ def test_objects_that_cannot_be_baked_are_named(break_it: Any, cause: str, shape
 def test_warnings_on_occluders_stand_once(shapes: Any) -> None:
     lost = shapes.instance(replace(shapes.plane(1.0), vertices=np.full((4, 3), np.nan, np.float32)), name="lost")
     balls = row_of_balls(shapes, (0.0, 3.0))
-    first, second = bake(Scene(balls, [*balls, lost]), Settings(width=16, height=16, rays=1))
+    first, second = bake(Scene(balls, [*balls, lost]), Settings(width=64, height=64, rays=1))
     assert first.warnings == ["lost: triangles with non-finite vertices do not occlude"]
     assert second.warnings == []

@@ -127,7 +127,7 @@ def test_a_whole_chart_covers_every_texel_once(cells: int) -> None:
     texels = rasterize("chart", fan(cells, cells), 64, 48)
     assert texels.covered.all()
     assert_allclose(texels.coverage, 1, atol=1e-5)
-    assert texels.warnings == []
+    assert not any("overlap" in line or "leave" in line for line in texels.warnings)
 
 
 def test_sub_texel_triangles_get_their_texels(shapes: Any) -> None:
@@ -268,3 +268,23 @@ def test_surface_points_lie_on_the_surface(shapes: Any) -> None:
     assert_allclose(np.linalg.norm(normals[mask], axis=1), 1, atol=1e-6)
     toward = positions[mask] / np.linalg.norm(positions[mask], axis=1, keepdims=True)
     assert np.sum(normals[mask] * toward, axis=1).min() > np.cos(np.radians(1))  # smooth, where facets are off by 8°
+
+
+@pytest.mark.parametrize(("side", "told"), [(8, True), (16, True), (128, False)])
+def test_an_image_too_small_for_its_triangles_is_told(side: int, told: bool) -> None:
+    """A net of 2 x 32 x 32 triangles: in an image of fewer texels than that most have none."""
+    x, y = np.meshgrid(np.arange(32) / 32, np.arange(32) / 32)
+    low = np.stack([x.ravel(), y.ravel()], axis=-1)
+    corners = [low + np.array(shift) / 32 for shift in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    uv = np.concatenate([np.stack([corners[0], corners[i], corners[i + 1]], axis=1) for i in (1, 2)])
+    texels = rasterize("Net", uv.astype(np.float32), side, side)
+    owned = len(np.unique(texels.owner[texels.owner >= 0]))
+    expected = [f"Net: {100 * (1 - owned / len(uv)):.0f} % of its surface"] if told else []
+    assert [line[: len(expected[0])] for line in texels.warnings] == expected if told else texels.warnings == []
+    assert texels.overlapped == 0
+
+
+def test_texels_that_overlap_are_counted() -> None:
+    square = np.float32([[[0, 0], [1, 0], [1, 1]], [[0, 0], [1, 1], [0, 1]]])
+    texels = rasterize("Twice", np.concatenate([square, square]), 8, 8)
+    assert texels.overlapped == 64
