@@ -24,9 +24,10 @@ def unregister() -> None:
     """Stop what is running and take everything away again."""
     import bpy
 
-    from . import menu, modal, settings
+    from . import menu, modal, overlay, settings
 
     modal.stop_all()
+    overlay.clear()
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     menu.remove_from_menus()

@@ -12,10 +12,12 @@ from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
 from .choice import chosen_objects
 from .runner import Runner, Steps, run
-from .settings import show_lines
+from .settings import redraw, show_lines
 
 _TICK = 0.05  # seconds between two looks at the work
 _SHOWN = 0.3  # and between two drawings of how far it is, which can cost more than the look
+_LOOKED = 1.0  # and between two of the work itself, at least: they redraw the whole view
+_HELD = 0.01  # of the time, at most, may the window be held up by those: a view drawn in software takes long
 
 _FORESEEN = (InputError, Cancelled, MemoryError, RuntimeError, ReferenceError)
 
@@ -28,6 +30,10 @@ class LongOperator:
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         """The work to do. Raises InputError where it cannot begin."""
         raise NotImplementedError
+
+    def preview(self, context: bpy.types.Context, progress: Progress) -> bool:
+        """Show the work as far as it is; called now and then while it goes on. Returns whether there was anything."""
+        return False
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
@@ -54,7 +60,7 @@ class LongOperator:
             return self.execute(context)
         self._progress = Progress()
         self._runner = Runner(self.start(context, self._progress), self._progress, give_way=True)
-        self._due, self._said = 0.0, ""
+        self._due, self._look, self._said, self._drawn = 0.0, 0.0, "", False
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         LongOperator._active = self
@@ -87,13 +93,22 @@ class LongOperator:
         self._end(context)
 
     def _show(self: Any, context: bpy.types.Context) -> None:
-        now, text = time.monotonic(), ", ".join(progress_words(self._progress))
+        now, text = time.monotonic(), ", ".join([percent(self._progress), *progress_words(self._progress)])
+        self._show_work(context, now)
         if text == self._said or now < self._due:
             return
         self._said, self._due = text, now + _SHOWN
         if context.workspace is not None:
             context.workspace.status_text_set(f"Occlusion Bake   {text}   Esc: Cancel")
-        _redraw(context, "VIEW_3D")
+        redraw(context, "VIEW_3D")
+
+    def _show_work(self: Any, context: bpy.types.Context, now: float) -> None:
+        """Let the work be drawn where it is due; how long that held up the window tells when it is due again."""
+        if self._drawn:
+            self._look = now + max(_LOOKED, (now - self._looked) / _HELD)
+            self._drawn = False
+        elif now >= self._look:
+            self._drawn, self._looked = self.preview(context, self._progress), now
 
     def _end(self: Any, context: bpy.types.Context) -> None:
         if LongOperator._active is not self:
@@ -103,7 +118,7 @@ class LongOperator:
         context.window_manager.event_timer_remove(self._timer)
         for workspace in bpy.data.workspaces:  # the artist may have gone to another in the meantime
             workspace.status_text_set(None)
-        _redraw(context, "VIEW_3D", "IMAGE_EDITOR")
+        redraw(context, "VIEW_3D", "IMAGE_EDITOR")
 
     def _failed(self: Any, context: bpy.types.Context, error: BaseException) -> set[str]:
         if isinstance(error, Cancelled):
@@ -122,11 +137,14 @@ def running() -> Progress | None:
     return LongOperator._active._progress if LongOperator._active is not None else None
 
 
+def percent(progress: Progress) -> str:
+    """As "42 %"."""
+    return f"{100.0 * progress.fraction:.0f} %"
+
+
 def progress_words(progress: Progress) -> list[str]:
-    """For the artist: "Suzanne: tracing", "42 %", "3 s left", "12.3 million rays a second", as far as is known."""
+    """For the artist: "Suzanne: tracing", "3 s left", "12.3 million rays a second", as far as is known."""
     words = [progress.stage]
-    if progress.fraction > 0.0:
-        words.append(f"{100.0 * progress.fraction:.0f} %")
     if (left := progress.seconds_left) is not None:
         words.append(f"{_duration(left)} left")
     if (rate := progress.rays_per_second) is not None:
@@ -145,12 +163,3 @@ def stop_all() -> None:
     """End what is running; for unregistering."""
     if LongOperator._active is not None:
         LongOperator._active._end(bpy.context)
-
-
-def _redraw(context: bpy.types.Context, *area_types: str) -> None:
-    """Let areas show what is new; of 3D views the sidebars alone, for their scene can take long to draw."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            for region in area.regions if area.type in area_types else ():
-                if area.type != "VIEW_3D" or region.type == "UI":
-                    region.tag_redraw()

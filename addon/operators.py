@@ -13,6 +13,7 @@ from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
 from ..core.report import error_in_words, object_entry, rays_per_texel, times_as_long
 from ..core.scene import Instance
+from . import overlay
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
 from .choice import Order, chosen_objects, is_ours, keep_order, order_again, order_of
@@ -23,7 +24,7 @@ from .modal import LongOperator, running
 from .outputs import CHANNEL
 from .overlap import select_overlap
 from .runner import Steps
-from .settings import add_lines, show_lines
+from .settings import add_lines, redraw, show_lines
 
 _NAMED = 6  # occluders in the line that says who they were
 
@@ -34,6 +35,21 @@ class _BakeOperator(LongOperator):
     def order(self, context: bpy.types.Context) -> Order:
         """What to bake, and where to. Raises InputError."""
         raise NotImplementedError
+
+    def preview(self: Any, context: bpy.types.Context, progress: Progress) -> bool:
+        """On the object in the 3D view."""
+        preview = progress.preview
+        if preview is None or not context.window_manager.occlusion_bake.show:
+            return False
+        obj, values = context.view_layer.objects.get(preview.target.name), preview.values()
+        if obj is None or values is None or values is self._previewed:
+            return False
+        self._previewed = values
+        overlay.show_making(obj.session_uid, preview.target, values)
+        redraw(context, "VIEW_3D", every_region=True)
+        return True
+
+    _previewed: Any = None
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         order, outcome = self.order(context), Outcome()
@@ -47,6 +63,9 @@ class _BakeOperator(LongOperator):
             except Cancelled:
                 if not outcome.finished:
                     raise
+            finally:
+                overlay.end_making()
+                redraw(context, "VIEW_3D", every_region=True)
         self._conclude(context, options, outcome)
 
     def _deliverer(
@@ -67,6 +86,7 @@ class _BakeOperator(LongOperator):
                 keep_order(order, images)
                 uv = CHART_MAP if options.uv == CHARTS else None
                 hook_up(obj, images, uv, preview=order.preview, gltf=order.gltf)
+            overlay.show(obj, target, next(iter(baked.maps.values())).values)
             for line in baked.warnings:
                 self.report({"WARNING"}, line)
             add_lines(context, [*result_lines(baked), *baked.warnings])

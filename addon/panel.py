@@ -9,7 +9,7 @@ import bpy
 
 from .choice import chosen_occluders, is_ours
 from .images import MARK
-from .modal import progress_words, running
+from .modal import percent, progress_words, running
 from .occluding import may_occlude
 from .operators import (
     OCCLUSION_BAKE_OT_again,
@@ -57,6 +57,7 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         layout.prop(chosen, "quality")
         if by_rays(chosen):
             layout.prop(chosen, "rays")
+        layout.prop(context.window_manager.occlusion_bake, "show")
         draw_button(layout, OCCLUSION_BAKE_OT_bake.bl_idname, "RENDER_STILL")
 
 
@@ -68,7 +69,7 @@ def draw_button(layout: bpy.types.UILayout, operator: str, icon: str) -> None:
     if progress is None:
         row.operator(operator, icon=icon)
         return
-    row.progress(factor=progress.fraction, text=f"{100.0 * progress.fraction:.0f} %")
+    row.progress(factor=progress.fraction, text=percent(progress))
     row.operator(OCCLUSION_BAKE_OT_cancel.bl_idname, text="", icon="X")
     column = layout.column(align=True)
     for words in progress_words(progress):

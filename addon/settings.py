@@ -141,6 +141,12 @@ class OcclusionBakeResult(bpy.types.PropertyGroup):
     """What the last bake or comparison came to, for the panel."""
 
     lines: StringProperty(options={"SKIP_SAVE"})  # parted by line breaks
+    show: BoolProperty(
+        name="Show in Viewport",
+        description="Show the baked textures on their objects in the 3D view, in Object Mode; no material is touched",
+        default=True,
+        update=lambda self, context: redraw(context, "VIEW_3D", every_region=True),
+    )
     overlapping: BoolProperty(options={"SKIP_SAVE"})  # whether UVs overlap of what was baked
 
 
@@ -155,6 +161,15 @@ def add_lines(context: bpy.types.Context, lines: list[str]) -> None:
     """Add lines to the panel's."""
     shown = context.window_manager.occlusion_bake.lines
     show_lines(context, [*filter(None, shown.split("\n")), *lines])
+
+
+def redraw(context: bpy.types.Context, *area_types: str, every_region: bool = False) -> None:
+    """Let areas show what is new; of 3D views the sidebars alone, for their scene can take long to draw."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            for region in area.regions if area.type in area_types else ():
+                if every_region or area.type != "VIEW_3D" or region.type == "UI":
+                    region.tag_redraw()
 
 
 def by_rays(chosen: OcclusionBakeSettings) -> bool:

@@ -21,11 +21,11 @@ from .field import Field
 from .finish import fill_margin
 from .kernel_api import Control
 from .occluders import Frame, Occluders
-from .progress import Progress
+from .progress import Preview, Progress
 from .scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
 from .solve import MOST_MEAN_RAYS, Goal, Means, Solved, first_rays, solve
 from .texels import Texels, rasterize
-from .tracer import Rays, Sums, trace, trace_texels
+from .tracer import CHUNK_RAYS, Rays, Sums, trace, trace_texels
 
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
@@ -152,6 +152,7 @@ class Baker:
         try:
             baked = self._bake(target)
         finally:
+            self._progress.preview = None
             self._progress.finish_object()
         baked.warnings[:0] = self._warnings  # those on occluders stand once, with the first object
         self._warnings = []
@@ -170,7 +171,7 @@ class Baker:
         with _timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
-        bench = _Bench(target.name, frame, surface, texels, camera, settings, progress)
+        bench = _Bench(target, frame, surface, texels, camera, settings, progress)
         solved = bench.solve(seconds)
         with _timed(seconds, "finish"):
             maps = {
@@ -205,7 +206,7 @@ class _Bench:
 
     def __init__(
         self,
-        name: str,
+        target: Instance,
         frame: Frame,
         surface: Placed,
         texels: Texels,
@@ -213,7 +214,7 @@ class _Bench:
         settings: Settings,
         progress: Progress,
     ) -> None:
-        self._name, self._frame, self._surface, self._owner = name, frame, surface, texels.owner
+        self._target, self._frame, self._surface, self._owner = target, frame, surface, texels.owner
         # More triangles than texels: the rays of neighbouring texels mostly meet different ones (docs/figures.md).
         self._coherent = frame.triangles <= texels.count
         self._camera, self._settings, self._progress = camera, settings, progress
@@ -224,7 +225,11 @@ class _Bench:
         """All maps. Their first round is traced together."""
         goal, estimators = self._settings.goal, self._settings.estimators
         with _timed(seconds, "trace"):
-            sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not goal.plain)
+            into = np.zeros((len(estimators), *self._owner.shape), dtype=np.float32)
+            self._preview(into[0], first_rays(goal))
+            sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not goal.plain, into=into)
+            self._progress.preview = None  # it holds the sums
+            del into
         halves = sums.first_half if sums.first_half is not None else [None] * len(estimators)
         openings = list(zip(sums.all, halves, strict=True))
         del sums, halves  # as large as the image: `solve` lets go of them once it has read them
@@ -257,12 +262,39 @@ class _Bench:
                 horizon.divide(row, self._openness(estimator, texels))
             return row
 
-        return Means(trace_round, probe, lambda: self._field, self._enter)
+        return Means(trace_round, probe, lambda: self._field, self._enter, self._show)
 
-    def _trace(self, owner: Ints, estimators: Sequence[Estimator], rays: int, number: int, *, halves: bool) -> Sums:
+    def _show(self, values: Floats) -> None:
+        """A map as it is after a round."""
+        self._progress.preview = Preview(self._target, lambda: values)
+
+    def _preview(self, sums: Floats, rays: int) -> None:
+        """The first map as it fills in, until its texels have had their first chunk of rays."""
+        first, control = min(rays, CHUNK_RAYS), self._progress.control
+
+        def values() -> Floats | None:
+            full = control.total > 0 and control.done * rays > control.total * first
+            if full:
+                return None
+            seen = np.minimum(sums / np.float32(first), np.float32(1.0))
+            seen[seen <= 0.0] = -1.0  # what is wholly closed is taken for not traced yet
+            return seen
+
+        self._progress.preview = Preview(self._target, values)
+
+    def _trace(
+        self,
+        owner: Ints,
+        estimators: Sequence[Estimator],
+        rays: int,
+        number: int,
+        *,
+        halves: bool,
+        into: Floats | None = None,
+    ) -> Sums:
         control = self._enter("tracing", rays=True)
-        how = self._rays(rays, number)
-        sums = trace(self._frame.scene, self._surface, owner, estimators, how, halves=halves, control=control)
+        what = (self._frame.scene, self._surface, owner, estimators, self._rays(rays, number))
+        sums = trace(*what, halves=halves, into=into, control=control)
         for index, estimator in enumerate(estimators):
             if self._divides(estimator):
                 openness = self._openness(estimator)
@@ -303,7 +335,7 @@ class _Bench:
         if not self._settings.goal.plain:
             end = 0.5 * (start + end)
         self._left = end
-        return self._progress.enter(f"{self._name}: {stage}", (start, end), rays=rays)
+        return self._progress.enter(f"{self._target.name}: {stage}", (start, end), rays=rays)
 
 
 def _finished(solved: Solved, texels: Texels, settings: Settings, progress: Progress) -> BakedMap:

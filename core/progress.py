@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 
 from .errors import Cancelled
 from .kernel_api import Control
+from .scene import Floats, Instance
 
 _EARLY = 0.03  # of a bake: before that what it took says little about what is left
+
+
+@dataclass(frozen=True, eq=False)
+class Preview:
+    """The map that is being made of a target. values: (H, W) float32, 0 to 1, as far as it is now; below 0 where
+    nothing has been traced yet, None while there is nothing new to see. May be asked for from another thread."""
+
+    target: Instance
+    values: Callable[[], Floats | None]
 
 
 class Progress:
@@ -16,6 +28,7 @@ class Progress:
     def __init__(self, objects: int = 1) -> None:
         self.control = Control()
         self.stage = "starting"
+        self.preview: Preview | None = None
         self._objects = max(objects, 1)
         self._finished = 0
         self._span = (0.0, 0.0)  # of the whole, what the running stage goes through; one object, so read at once

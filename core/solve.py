@@ -68,12 +68,13 @@ class Solved:
 @dataclass(frozen=True, eq=False)
 class Means:
     """How a map gets what it needs. trace: rounds of rays. probe: rays of listed texels. field: built when first asked
-    for. enter: begins a stage of the work, and gives its control."""
+    for. enter: begins a stage of the work, and gives its control. show: takes the map as it is after a round."""
 
     trace: TraceRound
     probe: probes.Trace
     field: Callable[[], Field]
     enter: Callable[[str], Control | None]
+    show: Callable[[Floats], None] = lambda values: None
 
 
 def first_rays(goal: Goal) -> int:
@@ -211,6 +212,7 @@ class _Rounds:
         )
         np.copyto(self.values, np.float32(0.0), where=~self._covered)
         np.copyto(self.expected, np.float32(0.0), where=~self._covered)
+        self._means.show(self.values)
 
     def _squares(self, probed: Probes) -> Doubles:
         """Each block's squared error, summed over its texels: as the filter expects it, to the measured scale."""

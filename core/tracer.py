@@ -70,6 +70,9 @@ class TraceScene:
         return answer.astype(bool)
 
 
+CHUNK_RAYS = 256  # the kernel traces all texels' first so many rays, tile by tile, before it goes on
+
+
 @dataclass(frozen=True)
 class Rays:
     """How to trace. distance: scene units, inf = no limit. threads 0: all. packet_width 0: the device's native one.
@@ -106,14 +109,16 @@ def trace(
     rays: Rays,
     *,
     halves: bool = True,
+    into: Floats | None = None,
     control: api.Control | None = None,
 ) -> Sums:
-    """Trace every owned texel's rays. owner: (H, W) int32, the surface's triangle a texel belongs to, -1 none.
+    """Trace every owned texel's rays. owner: (H, W) int32, the surface's triangle a texel belongs to, -1 none. into:
+    (M, H, W) float32 zeros for the sums, to be looked at while they fill.
 
     Same input and seed, same bits, whatever the number of threads. Raises Cancelled, MemoryError, InputError.
     """
     shape = (len(estimators), *owner.shape)
-    sums = np.zeros(shape, dtype=np.float32)
+    sums = np.zeros(shape, dtype=np.float32) if into is None else into
     first_half = np.zeros(shape, dtype=np.float32) if halves else None
     described = describe_surface(surface, owner)
     halves_rows = None if first_half is None else _rows(first_half)
