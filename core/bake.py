@@ -276,7 +276,7 @@ class _Bench:
             full = control.total > 0 and control.done * rays > control.total * first
             if full:
                 return None
-            seen = np.minimum(sums / np.float32(first), np.float32(1.0))
+            seen: Floats = np.minimum(sums / np.float32(first), np.float32(1.0))
             seen[seen <= 0.0] = -1.0  # what is wholly closed is taken for not traced yet
             return seen
 

@@ -145,3 +145,45 @@ def test_building_occluders_is_cancelled(stage: Scene) -> None:
     with pytest.raises(Cancelled):
         occluders.frame_for(stage.targets[0], progress)
     assert occluders.frame_for(stage.targets[0], Progress()).flat == {0, 1}
+
+
+def test_the_map_can_be_looked_at_while_it_is_made(stage: Scene) -> None:
+    """It fills in with values that are right to a few rays' noise, and ends as the finished one."""
+    progress, seen = Progress(), []
+
+    def look() -> None:
+        preview = progress.preview
+        values = None if preview is None else preview.values()
+        if values is not None:
+            seen.append((preview.target.name, values))
+
+    with Watcher(look):
+        finished = {baked.name: baked for baked in bake(stage, Settings(width=256, height=256, error=0.004), progress)}
+    assert progress.preview is None
+    for name, baked in finished.items():
+        own = [values for target, values in seen if target == name]
+        result = baked.maps["ao"]
+        traced = [values[result.covered & (values >= 0.0)] for values in own]
+        assert traced[0].size < traced[-1].size == result.covered.sum()  # it began with what was not traced yet
+        right = result.values[result.covered]
+        assert np.sqrt(np.mean((traced[-1] - right) ** 2)) < 0.05
+        assert all(values.min() >= -1.0 and values.max() <= 1.0 for values in own)
+
+
+def test_no_preview_outlives_its_bake(stage: Scene) -> None:
+    progress = Progress()
+    for baked in bake(stage, Settings(width=32, height=32, rays=4), progress):
+        assert progress.preview is None, baked.name
+
+
+def test_the_rate_and_what_is_left_are_told_once_they_are_known() -> None:
+    progress = Progress()
+    assert progress.rays_per_second is None and progress.seconds_left is None
+    control = progress.enter("Rock: tracing", (0.0, 1.0), rays=True)
+    assert progress.rays_per_second is None
+    control.total, control.done = 1000, 500
+    rate, left = progress.rays_per_second, progress.seconds_left
+    assert rate is not None and rate > 0.0 and left is not None and left > 0.0
+    progress.enter("Rock: filtering", (0.5, 1.0))
+    control.total, control.done = 1000, 500
+    assert progress.rays_per_second is None  # what is filtered are no rays
