@@ -14,7 +14,7 @@ from ..core.errors import InputError
 from .images import MARK
 from .job import CHARTS, Options
 from .occluding import Occluding, named, words_of
-from .outputs import Output
+from .outputs import COLOURS, Output
 from .settings import core_settings, plain_settings
 
 KEPT = "occlusion_bake_settings"  # on an image of ours: the order that it was baked by, as JSON
@@ -99,7 +99,7 @@ def order_again(image: bpy.types.Image) -> Order:
 def _order(names: tuple[str, ...], panel: dict[str, Any], occluding: Occluding, image: str) -> Order:
     chosen: Any = SimpleNamespace(**panel)
     uv = CHARTS if chosen.uv == "CHARTS" else None
-    options = Options(names, core_settings(chosen), uv, occluding)
+    options = Options(names, core_settings(chosen), uv, occluding, chosen.output == COLOURS)
     depth, kind = int(chosen.depth), chosen.format.lower()
     output = Output(chosen.output, chosen.path, kind, depth, chosen.use_dither, image, chosen.channel)
     return Order(options, output, chosen.use_material, chosen.use_gltf, panel)

@@ -344,7 +344,7 @@ def _read_surface(mesh: bpy.types.Mesh, owner: str, uv: str | None) -> Mesh:
     vertices, triangles = _positions(mesh), _vertices_of(mesh, corners)
     layer = _uv_layer(mesh, owner, uv)
     layout = None if layer is None else _values(layer.uv, "vector", len(mesh.loops), 2)[corners]
-    return Mesh(mesh.name, vertices, triangles, layout, _normals(mesh, vertices, triangles, corners))
+    return Mesh(mesh.name, vertices, triangles, layout, _normals(mesh, vertices, triangles, corners), corners)
 
 
 def _uv_layer(mesh: bpy.types.Mesh, owner: str, name: str | None) -> Any:

@@ -40,7 +40,7 @@ def store_file(owner: str, name: str, path: Path) -> bpy.types.Image:
         image = old
     else:
         image = bpy.data.images.load(str(path))
-        _take_place(image, old, f"{owner} {_title(name)}")
+        _take_place(image, old, f"{owner} {title(name)}")
         image[MARK] = f"{owner}/{name}"
     image.colorspace_settings.name = "Non-Color"
     return image
@@ -79,7 +79,7 @@ def _image(owner: str, name: str, width: int, height: int) -> bpy.types.Image:
     old = image = _earlier(owner, name)
     if image is None or (image.packed_file is None and image.source == "FILE"):  # never write into a file's image
         image = bpy.data.images.new(
-            f"{owner} {_title(name)}", width, height, alpha=False, float_buffer=True, is_data=True
+            f"{owner} {title(name)}", width, height, alpha=False, float_buffer=True, is_data=True
         )
         image[MARK] = f"{owner}/{name}"
         _take_place(image, old, image.name)
@@ -90,8 +90,8 @@ def _image(owner: str, name: str, width: int, height: int) -> bpy.types.Image:
     return image
 
 
-def _title(name: str) -> str:
-    """ "ao" → "AO", "ro_10" → "RO 10"."""
+def title(name: str) -> str:
+    """A map's name for people: "ao" → "AO", "ro_10" → "RO 10"."""
     kind, _, exponent = name.partition("_")
     return f"{kind.upper()} {exponent}".strip()
 

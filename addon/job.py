@@ -6,7 +6,8 @@ import hashlib
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import bpy
@@ -14,9 +15,11 @@ import bpy
 from ..core.apart import unwrap_apart
 from ..core.bake import Baked, Baker, Settings
 from ..core.charts import Charts
+from ..core.corners import with_corner_cells
 from ..core.errors import InputError
 from ..core.progress import Progress
 from ..core.scene import Instance, Scene
+from .colours import check_colours
 from .extract import BaseTriangles, Warn, base_triangles, extract, synced, write_uv
 from .occluding import EVERYTHING, Occluding
 from .runner import Steps
@@ -30,12 +33,14 @@ _PADDING = 4
 @dataclass(frozen=True)
 class Options:
     """What to bake. objects: names. uv: a UV map's name, CHARTS, or None for the active one, charts where none is.
-    occluding: who blocks light."""
+    occluding: who blocks light. colours: the corners of the faces are baked, no texels; the settings' size, margin and
+    filter do not matter then, nor do UVs."""
 
     objects: tuple[str, ...]
     settings: Settings
     uv: str | None = None
     occluding: Occluding = EVERYTHING
+    colours: bool = False
 
 
 @dataclass
@@ -75,7 +80,10 @@ def bake_steps(
     InputError where all are refused and for what concerns them all.
     """
     start = time.perf_counter()
-    names = yield from chart_steps(context, options, progress, outcome)
+    if options.colours:
+        names = list(options.objects)
+    else:
+        names = yield from chart_steps(context, options, progress, outcome)
     progress.enter("reading the scene")
     with _timed(outcome, "extract"):
         scene = _read(context, names, options, outcome)
@@ -83,9 +91,12 @@ def bake_steps(
     outcome.baker = Baker(scene, options.settings, progress)
     for target in scene.targets:
         try:
-            baked = yield lambda target=target: outcome.baker.bake(target)  # type: ignore[misc, union-attr]
+            baker, laid_out = outcome.baker, target
+            if options.colours:
+                baker, laid_out = _corner_baker(context, scene, target, options, progress)
+            baked = yield partial(baker.bake, laid_out)
             _share_times(outcome, baked, alone=len(scene.targets) == 1)
-            deliver(target, baked)
+            deliver(laid_out, baked)
         except InputError as refusal:
             outcome.refused.append(str(refusal))
         else:
@@ -97,7 +108,7 @@ def bake_steps(
 
 def _read(context: bpy.types.Context, names: Sequence[str], options: Options, outcome: Outcome) -> Scene:
     """The scene with all targets; where some cannot be read, those are refused. Raises InputError if all are."""
-    uv = CHART_MAP if options.uv == CHARTS else options.uv
+    uv = CHART_MAP if options.uv == CHARTS and not options.colours else options.uv
 
     def read(these: Sequence[str], warn: Warn | None = None) -> Scene:
         return extract(context, context.view_layer, these, uv, occluding=options.occluding, warn=warn)
@@ -118,6 +129,18 @@ def _read(context: bpy.types.Context, names: Sequence[str], options: Options, ou
     if not readable:
         raise InputError(outcome.complaint(len(names)))
     return read(readable, outcome.notes.append)
+
+
+def _corner_baker(
+    context: bpy.types.Context, scene: Scene, target: Instance, options: Options, progress: Progress
+) -> tuple[Baker, Instance]:
+    """What bakes a target's face corners, and the target laid out for that (core/corners.py). Raises InputError."""
+    check_colours(context.view_layer, target)
+    apart, width, height = with_corner_cells(scene, target)
+    settings = replace(options.settings, width=width, height=height, margin=0, filtered=False)
+    baker = Baker(apart, settings, progress)
+    progress.expect(len(scene.targets))
+    return baker, apart.targets[0]
 
 
 def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:

@@ -17,6 +17,7 @@ from . import overlay
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
 from .choice import Order, chosen_objects, is_ours, keep_order, order_again, order_of
+from .colours import store_colours
 from .images import show_picture
 from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
 from .material import hook_up, is_hooked_up, unhook
@@ -81,11 +82,7 @@ class _BakeOperator(LongOperator):
                 raise InputError(f"{target.name}: removed during the bake; its image was left as it was")
             if target.name in outcome.charted and CHART_MAP not in obj.data.uv_layers:
                 raise InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
-            images = order.output.deliver(baked, options.settings)
-            if order.output.kind != CHANNEL:
-                keep_order(order, images)
-                uv = CHART_MAP if options.uv == CHARTS else None
-                hook_up(obj, images, uv, preview=order.preview, gltf=order.gltf)
+            _put(obj, target, baked, order)
             overlay.show(obj, target, next(iter(baked.maps.values())).values)
             for line in baked.warnings:
                 self.report({"WARNING"}, line)
@@ -249,6 +246,20 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
         if progress is not None:
             progress.cancel()
         return {"FINISHED"}
+
+
+def _put(obj: bpy.types.Object, target: Instance, baked: Baked, order: Order) -> None:
+    """The maps of an object to where they go."""
+    options = order.options
+    if options.colours:
+        store_colours(obj, target, baked)
+        return
+    images = order.output.deliver(baked, options.settings)
+    if order.output.kind == CHANNEL:
+        return
+    keep_order(order, images)
+    uv = CHART_MAP if options.uv == CHARTS else None
+    hook_up(obj, images, uv, preview=order.preview, gltf=order.gltf)
 
 
 def result_lines(baked: Baked) -> list[str]:

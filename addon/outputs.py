@@ -17,13 +17,13 @@ from ..core.report import image_metadata
 from .files import check_file, clean_name, whole_path
 from .images import store, store_channel, store_file
 
-PACKED, SAVED, CHANNEL = "PACKED", "SAVED", "CHANNEL"
+PACKED, SAVED, COLOURS, CHANNEL = "PACKED", "SAVED", "COLOURS", "CHANNEL"
 
 
 @dataclass(frozen=True)
 class Output:
-    """kind: PACKED, SAVED or CHANNEL. path, format, depth: of files. image, channel: the name of an image, and which
-    of RGBA. dither: of integers."""
+    """kind: PACKED, SAVED, CHANNEL, or COLOURS, which are no images (colours.py). path, format, depth: of files. image,
+    channel: the name of an image, and which of RGBA. dither: of integers."""
 
     kind: str = PACKED
     path: str = ""

@@ -32,6 +32,7 @@ _OCCLUDERS = [
 _OUTPUTS = [
     ("PACKED", "In the File", "Float images, packed into the .blend file and saved with it"),
     ("SAVED", "Saved", "Image files, by a path made of the object's and the map's name"),
+    ("COLOURS", "Color Attribute", "Colors at the corners of the faces, no texture: UV map and size do not matter"),
     ("CHANNEL", "A Channel", "One channel of an image that is there, as R of a packed ORM; the others stay"),
 ]
 _FORMATS = [

@@ -32,7 +32,8 @@ class Mesh:
 
     vertices: (V, 3) float32. triangles: (T, 3) int32, counter-clockwise seen from outside.
     uv: (T, 3, 2) float32 per corner, v up, or None. normals: (T, 3, 3) float32 unit shading normals per corner, or None
-    where every face is flat.
+    where every face is flat. corners: (T, 3) int32, which face corners of the mesh that it was made from they are,
+    where that is known.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Mesh:
     triangles: Ints
     uv: Floats | None = None
     normals: Floats | None = None
+    corners: Ints | None = None
 
     @cached_property
     def doubled_areas(self) -> Doubles:
