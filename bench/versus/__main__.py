@@ -15,7 +15,7 @@ from pathlib import Path
 from ...addon.leave import run_and_leave
 from ...core.errors import InputError
 from ..pages import MODELS, ROOT
-from . import measure, page, reflections, texels, triangles
+from . import draft, measure, page, reflections, texels, triangles
 from .plots import draw
 from .scenes import MODELS as MODEL_FILES
 from .scenes import SCENES, names
@@ -24,7 +24,7 @@ from .tables import write_table
 
 HEADLINE = "suzanne"  # measured at --headline, too
 QUICK_SCENES, QUICK_SIZE, QUICK_ROUNDS, QUICK_BUDGET = ("suzanne", "gaps"), 256, 1, 30.0
-SECTIONS = {"ro": reflections, "texels": texels, "triangles": triangles}
+SECTIONS = {"draft": draft, "ro": reflections, "texels": texels, "triangles": triangles}
 RESULTS, QUICK_RESULTS = ROOT / "bench" / "RESULTS.md", FOLDER / "QUICK.md"
 
 

@@ -41,13 +41,17 @@ is linear in that of the RMSE.
 
 LIMITS = """## What limits
 
-- Where the surface has detail finer than a texel (`sculpt`, `instances`, in part `foliage`), neighbours differ by more
-  than their noise. The filter then leaves each texel its own value, and a texel takes about as many rays as without it:
-  some 700 to 3000 for 1/255 at 512x512. The detail also parts the rays of a packet, so that Embree answers 3 to 8
-  million a second there, and 20 to 90 elsewhere. What is left against Cycles is a ray against a sample, 5 to 10 times.
-  A larger image gets there, since the detail then spans texels; a better estimate of single texels would, too.
+- Where the surface has detail finer than a texel (`sculpt`, `instances`, `thousands`, in part `foliage`), neighbours
+  differ by more than their noise. The filter then leaves each texel its own value, and a texel takes about as many
+  rays as without it: some 700 to 3000 for 1/255. The detail also parts the rays of a packet, so that Embree answers 4
+  to 9 million a second there, and 20 to 90 elsewhere; such scenes, with more triangles than texels, are traced as
+  incoherent, which is 1.1 to 1.7 times as fast ([the kernel's choices](../docs/figures.md#the-kernels-choices)). What
+  is left against Cycles is a ray against a sample, 6 to 10 times. A larger image gets there, since the detail then
+  spans texels; a better estimate of single texels would, too.
 - At few rays on simple scenes half of the time is not tracing: the filter, the probes, reading the scene, the PNG.
-- Cycles was not run to 1/255 at 1024x1024: its points end at 256 samples, and its curve is carried on from there (~).
+- A ray among more triangles misses the caches: the tree of 10 thousand fits into those of a core, that of 100 thousand
+  does not, and takes 2.4 times as long.
+- Cycles was not run to 1/255 at 1024x1024: its points end at 64 to 256 samples, and its curve is carried on (~).
 """
 
 NOT_EQUAL = f"""## What was not equal
