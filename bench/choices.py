@@ -69,8 +69,8 @@ TRIED = (
     "of 1024 to 4096 rays) before they are put into packets. At 8 to 32 rays a texel, 1024x1024: 1.1 to 1.25 times the "
     "rays a second on `suzanne` and `foliage`, 1.0 on the bench's `part`, 0.75 to 0.95 on its `gaps` and on "
     "`thinwall`. Where triangles are smaller than texels (`sculpt`) it gained 1.0 to 1.15 at most: what lies next to "
-    "the texels parts the lanes, whichever way they go. Embree's compact flag: 0.72 to 0.90 times on `sculpt`, `suzanne` "
-    "and `thousands`, the tree as fast to build."
+    "the texels parts the lanes, whichever way they go. Embree's compact flag: 0.72 to 0.90 times on `sculpt`, "
+    "`suzanne` and `thousands`, the tree as fast to build."
 )
 
 
@@ -92,8 +92,8 @@ def page(result: dict[str, Any]) -> list[str]:
         "",
         f"AO, {SIZE}x{SIZE}, one choice turned at a time, each in turns with what ships ({_SHIPPED}). Rays a second "
         f"as many times those of what ships, at {few} and at {many} rays a texel; build: seconds for the tree, as many "
-        "times those; differ: the share of texels whose value is another. Ratios of medians. Scenes with more triangles "
-        "than texels ship as incoherent: here `thousands`, `sculpt` and `instances`.",
+        "times those; differ: the share of texels whose value is another. Ratios of medians. Scenes with more "
+        "triangles than texels ship as incoherent: here `thousands`, `sculpt` and `instances`.",
     ]
     for scene, rows in result.items():
         shipped = rows[0][2:5]

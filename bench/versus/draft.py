@@ -9,7 +9,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import bmesh
 import bpy
 
 from ...addon.cycles import bake_ao
@@ -65,15 +64,9 @@ def _measure(rounds: int) -> dict[str, Any]:
 def _build() -> int:
     """A UV sphere of about a thousand triangles that rests on a plane; how many."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    mesh = bpy.data.meshes.new(NAME)
-    shape = bmesh.new()
-    bmesh.ops.create_uvsphere(shape, u_segments=32, v_segments=17, radius=1.0, calc_uvs=True)
-    shape.loops.layers.uv.verify()
-    shape.to_mesh(mesh)
-    shape.free()
-    ball = bpy.data.objects.new(NAME, mesh)
-    ball.location.z = 1.0
-    bpy.context.scene.collection.objects.link(ball)
+    bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=17, location=(0.0, 0.0, 1.0))
+    mesh = bpy.context.object.data
+    bpy.context.object.name = NAME
     bpy.ops.mesh.primitive_plane_add(size=8.0)
     mesh.calc_loop_triangles()
     return len(mesh.loop_triangles)

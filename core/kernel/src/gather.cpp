@@ -149,17 +149,15 @@ void copy_lane(Lanes3 &lanes, int from, int to) {
   lanes.z[to] = lanes.z[from];
 }
 
-// What lanes of one texel have in common: all but their footprint points.
-void copy_lane(Group &group, int from, int to) {
+// What lanes of one triangle have in common.
+void copy_triangle(Group &group, int from, int to) {
   for (Lanes3 *each : {&group.corner, &group.edge1, &group.edge2, &group.geometric, &group.shading[0],
                        &group.shading[1], &group.shading[2]}) {
     copy_lane(*each, from, to);
   }
   group.lift[to] = group.lift[from];
-  for (int i = 0; i < 3; ++i) {
-    group.rim[i][to] = group.rim[i][from];
-    group.weight1[i][to] = group.weight1[i][from];
-    group.weight2[i][to] = group.weight2[i][from];
+  for (Lanes &each : group.rim) {
+    each[to] = each[from];
   }
 }
 
@@ -209,12 +207,12 @@ int gather(const Places &places, int32_t tile, int group, const Feet &feet, cons
       const Texel texel = texel_at(lane);
       const int64_t owner = surface.owner[place[lane].texel];
       const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
-      if (lane > 0 && place[lane].texel == place[lane - 1].texel) {
-        copy_lane(out, lane - 1, lane);
+      if (lane > 0 && place[lane - 1].texel >= 0 && surface.owner[place[lane - 1].texel] == owner) {
+        copy_triangle(out, lane - 1, lane);
       } else {
         fill_triangle(surface, owner, lane, out);
-        fill_weights(triangle, texel, lane, out);
       }
+      fill_weights(triangle, texel, lane, out);
       fit_feet(triangle, texel, feet.side * feet.side, lane, out);
     }
   }

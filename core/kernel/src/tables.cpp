@@ -31,14 +31,22 @@ void concentric(double u, double v, double &x, double &y) {
   y = radius * std::sin(angle);
 }
 
-// About +z with density (e+1)/(2 pi) cos^e: 1 - r^2 is uniform on the disk, so cos = (1 - r^2)^(1/(e+1)). The sine is
-// taken from 1 - cos without cancellation, which a narrow lobe needs.
+// 1 - cos of the angle off the axis of a lobe of density (e+1)/(2 pi) cos^e, at r^2 of the disk: 1 - r^2 is uniform
+// there, so cos = (1 - r^2)^(1/(e+1)). Without cancellation, which a narrow lobe needs.
+double versine_of(double r2, double exponent) {
+  if (exponent == 1.0) { // the cosine lobe, which most maps are of, without logarithms
+    return r2 / (1.0 + std::sqrt(1.0 - r2));
+  }
+  return r2 >= 1.0 ? 1.0 : -std::expm1(std::log1p(-r2) / (exponent + 1.0));
+}
+
+// About +z.
 Direction on_lobe(double u, double v, double exponent) {
   double x = 0.0;
   double y = 0.0;
   concentric(u, v, x, y);
   const double r2 = std::min(x * x + y * y, 1.0);
-  const double versine = r2 >= 1.0 ? 1.0 : -std::expm1(std::log1p(-r2) / (exponent + 1.0));
+  const double versine = versine_of(r2, exponent);
   const double sine = std::sqrt(versine * (2.0 - versine));
   const double stretch = r2 > 0.0 ? sine / std::sqrt(r2) : 0.0;
   return {x * stretch, y * stretch, 1.0 - versine};
@@ -157,7 +165,7 @@ Plan plan_rays(int32_t rays, uint64_t seed) {
     stride *= 2;
   }
   // What all tiles share never averages out; so many sets that it stays below the noise (and 16 at least).
-  const int32_t sets = std::max(16, 4096 / stride);
+  const int32_t sets = std::max(16, 1024 / stride);
   // About a point for two rays, and 6 x 6 at most: more of them gain nothing that shows.
   const int32_t side = rays < 4 ? 1 : (rays < 16 ? 2 : (rays < 128 ? 4 : 6));
   return {rays, stride, sets, side, mix(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32))};
