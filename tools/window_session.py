@@ -31,7 +31,9 @@ def session(archive: str, folder: Path, name: str) -> Waits:
     yield from cancelled(floor)
     yield from baked(floor, folder, name)
     yield from compared(floor, folder, name)
-    print(f"Blender {bpy.app.version_string}: the window bakes, cancels and compares", flush=True)
+    yield from disturbed(floor)
+    print(f"Blender {bpy.app.version_string}: the window bakes, cancels, compares and bears what comes", flush=True)
+    yield from started()  # and quits with a bake under way
 
 
 def install(archive: str) -> None:
@@ -60,8 +62,10 @@ def cancelled(floor: Any) -> Waits:
     yield from press("occlusion_bake.bake")
     yield from until(running, 5.0, "a bake after its button was pressed")
     yield 0.7
+    pressed = time.monotonic()
     key("Escape")
     yield from until(lambda: not running(), 5.0, "the end of the bake after Escape")
+    print(f"cancelled {time.monotonic() - pressed:.2f} s after Escape", flush=True)
     check("AO" not in image_names() and not floor.data.materials, f"cancelled, but there are {image_names()}")
 
 
@@ -107,6 +111,66 @@ def compared(floor: Any, folder: Path, name: str) -> Waits:
     yield 1.0
     picture(str(folder / f"{name}_compared.png"))
     print(lines, flush=True)
+
+
+def disturbed(floor: Any) -> Waits:
+    """What an artist may do while a bake goes on: it ends well, or with a line, and the window lives."""
+    chosen = bpy.context.scene.occlusion_bake
+    chosen.width = chosen.height = 1024
+    yield from started()
+    check(not bpy.ops.occlusion_bake.bake.poll(), "a second bake could be started")
+    with in_view():
+        bpy.ops.object.mode_set(mode="EDIT")
+    yield from ended("baking in Edit Mode")
+    check(floor.mode == "EDIT", f"the bake left the mode {floor.mode}")
+    with in_view():
+        bpy.ops.object.mode_set(mode="OBJECT")
+        bpy.ops.ed.undo_push(message="Before")
+        floor.location.z = -1.0
+        bpy.ops.ed.undo_push(message="Moved")
+    yield from started()
+    with in_view():
+        bpy.ops.ed.undo()
+    yield from ended("undoing")
+    name = floor.name  # after an undo the object is another to Python
+    yield from started()
+    bpy.data.objects.remove(bpy.data.objects[name])
+    yield from ended("removing the object")
+    check(name in lines() and "removed" in lines(), f"the object was removed, and the panel says {lines()}")
+    with in_view():
+        bpy.ops.mesh.primitive_plane_add(size=12.0)
+    yield from started()
+    with in_view():
+        bpy.ops.wm.read_homefile()
+    yield 1.0
+    check(not running(), "a bake goes on in another file")
+    with in_view():
+        bpy.ops.mesh.primitive_plane_add(size=12.0)
+    chosen = bpy.context.scene.occlusion_bake
+    chosen.quality, chosen.rays = "RAYS", 1024
+
+
+def started() -> Waits:
+    """A bake of the selected object, as its button starts it."""
+    with in_view():
+        bpy.ops.occlusion_bake.bake("INVOKE_DEFAULT")
+    yield from until(running, 5.0, "a bake")
+    yield 0.5
+
+
+def ended(after: str) -> Waits:
+    yield from until(lambda: not running(), 60.0, f"the end of the bake after {after}")
+
+
+def in_view() -> Any:
+    """The 3D view's context, as for a person over it."""
+    window, area, region = sidebar()
+    return bpy.context.temp_override(window=window, area=area, region=region)
+
+
+def lines() -> str:
+    """What the panel says."""
+    return str(bpy.context.window_manager.occlusion_bake.lines)
 
 
 def image_names() -> str:

@@ -111,7 +111,9 @@ def test_neither_threads_nor_another_run_change_a_bit(rays: int, scene: Scene) -
 def test_another_seed_changes_them(scene: Scene) -> None:
     for first, second in zip(baked(scene), baked(scene, seed=1), strict=True):
         for name, result in first.maps.items():
-            assert np.mean(result.values != second.maps[name].values) > 0.1
+            other = second.maps[name].values
+            some_seen = (np.minimum(result.values, other) < 1.0) & (np.maximum(result.values, other) > 0.0)
+            assert np.mean((result.values != other)[some_seen]) > 0.5
 
 
 def sums(scene: Scene, owner: np.ndarray | None = None, maps: Sequence[Estimator] = MAPS, **rays: Any) -> Floats:
