@@ -117,6 +117,8 @@ def disturbed(floor: Any) -> Waits:
     """What an artist may do while a bake goes on: it ends well, or with a line, and the window lives."""
     chosen = bpy.context.scene.occlusion_bake
     chosen.width = chosen.height = 1024
+    chosen.rays = 256
+    name = floor.name  # after an undo the object is another to Python
     yield from started()
     check(not bpy.ops.occlusion_bake.bake.poll(), "a second bake could be started")
     with in_view():
@@ -132,7 +134,6 @@ def disturbed(floor: Any) -> Waits:
     with in_view():
         bpy.ops.ed.undo()
     yield from ended("undoing")
-    name = floor.name  # after an undo the object is another to Python
     yield from started()
     bpy.data.objects.remove(bpy.data.objects[name])
     yield from ended("removing the object")
@@ -147,7 +148,7 @@ def disturbed(floor: Any) -> Waits:
     with in_view():
         bpy.ops.mesh.primitive_plane_add(size=12.0)
     chosen = bpy.context.scene.occlusion_bake
-    chosen.quality, chosen.rays = "RAYS", 1024
+    chosen.quality, chosen.rays = "RAYS", 256
 
 
 def started() -> Waits:
