@@ -109,8 +109,7 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
         name="Path",
         description="Of the image files: {object}, {map}, {width}, {height} and {file} stand for names and sizes, // "
         "for the folder of the .blend file",
-        default="//textures/{object}_{map}",
-        subtype="FILE_PATH",
+        default="//textures/{object}_{map}",  # no FILE_PATH: Blender 5 shows a template of ours as a wrong path
     )
     format: EnumProperty(name="Format", description="Of the image files", items=_FORMATS)
     depth: EnumProperty(name="Depth", description="Bits a channel", items=_DEPTHS, default="16")
@@ -121,7 +120,7 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     channel: EnumProperty(name="Channel", description="The channel that the map goes into", items=_CHANNELS)
     use_material: BoolProperty(
         name="Show in Material",
-        description="Multiply AO into the base colour, and RO into the specular level, of the object's materials",
+        description="Multiply AO into the base color, and RO into the specular level, of the object's materials",
     )
     use_gltf: BoolProperty(
         name="glTF Occlusion", description="Put AO where Blender's glTF exporter looks for an occlusion texture"
