@@ -176,6 +176,8 @@ class _Writer:
             "long for a sample as for a ray here; "
             f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}; {picture}"
         )
+        for line in cycles["reasons"]:
+            _say(f"{baked.name}: {line}")
 
 
 def _summary(entry: Json) -> str:

@@ -19,6 +19,7 @@ from ..core.texels import owners_by_centre, rasterize
 from .cycles import bake_ao
 from .job import CHART_MAP, CHARTS
 from .occluding import EVERYTHING, Occluding
+from .reasons import reasons_to_differ
 
 
 def compare_with_cycles(
@@ -55,7 +56,9 @@ def compare_with_cycles(
     other = int(np.count_nonzero(mask & (owners_by_centre(target.mesh.uv, *size, threads=settings.threads) != owner)))
     names = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
     write_image(path, picture(ours.values, cycles.values, mask, names), depth=8)
-    return comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
+    entry = comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
+    counting = [obj.name for obj in context.view_layer.objects if obj.name == target.name or occluding.counts(obj.name)]
+    return {**entry, "reasons": reasons_to_differ(ours.values[mask], samples, other, counting)}
 
 
 def _how_far(settings: Settings) -> str:

@@ -182,9 +182,8 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
             f"A sample takes {times_as_long(entry):.1f} times as long as a ray",
             f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}",
             f"Picture: {entry['name']} Comparison",
+            *cycles["reasons"],
         ]
-        if cycles["texels_of_another_triangle"]:
-            lines.append(f"{cycles['texels_of_another_triangle']} texels show another triangle in Cycles")
         add_lines(context, lines)
         self.report({"INFO"}, "; ".join(lines[:4]))
 

@@ -82,3 +82,20 @@ def test_no_texel_in_common(make: Any, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"^Speck: no texel is covered .*; compare with a larger image$"):
         compared("Speck", tmp_path / "picture.png", samples=1)
     assert not list(tmp_path.iterdir())
+
+
+def test_what_is_known_to_differ_is_told(make: Any, tmp_path: Path) -> None:
+    floor = make.plane("Floor")
+    glass = bpy.data.materials.new("Glass")
+    if bpy.app.version < (5, 0):
+        glass.use_nodes = True
+    glass.node_tree.nodes["Principled BSDF"].inputs["Alpha"].default_value = 0.5
+    wall = make.wall()
+    wall.data.materials.append(glass)
+    floor.data.materials.append(bpy.data.materials.new("Wood"))
+    lines = compared("Floor", tmp_path / "picture.png", samples=4)["reasons"]
+    assert any(line.startswith("Materials: Glass let light through") for line in lines)
+    (noise,) = (float(line.split()[-1]) for line in lines if line.startswith("Noise: "))
+    entry = compared("Floor", tmp_path / "picture.png", samples=4, distance=1e-3)  # nothing within reach but the edge
+    assert 0.0 < noise <= 0.25 and entry["reasons"][0].startswith("Noise: ")
+    assert any(line.startswith("Footprint: ") for line in lines) == (bpy.app.version < (5, 0))
