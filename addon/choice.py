@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 
 from ..core.errors import InputError
+from .extract import synced
 from .images import MARK
 from .job import CHARTS, Options
 from .occluding import Occluding, named, words_of
@@ -80,16 +81,16 @@ def is_ours(image: bpy.types.Image | None) -> bool:
     return image is not None and KEPT in image
 
 
-def order_again(image: bpy.types.Image) -> Order:
-    """What an image was baked by. Raises InputError where it does not say so, or its object is gone."""
+def order_again(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) -> Order:
+    """What an image was baked by. Raises InputError where it does not say so, or its object is not there."""
     try:
         kept = json.loads(image[KEPT])
         owner = image[MARK].rpartition("/")[0]
         panel, words = dict(kept["panel"]), list(kept["occluders"])
     except (KeyError, ValueError, TypeError):
         raise InputError(f"{image.name}: it does not tell how it was baked; bake its object anew") from None
-    if owner not in bpy.data.objects:
-        raise InputError(f"{image.name}: its object {owner} is gone; bake another")
+    if owner not in synced(view_layer):
+        raise InputError(f"{image.name}: its object {owner} is not in this view layer; bake another")
     try:
         return _order((owner,), panel, named(words, ground=panel["use_ground"]), kept.get("image", ""))
     except (AttributeError, KeyError):  # kept by another version

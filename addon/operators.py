@@ -132,7 +132,7 @@ class OCCLUSION_BAKE_OT_again(_BakeOperator, bpy.types.Operator):
         return True
 
     def order(self, context: bpy.types.Context) -> Order:
-        return order_again(context.edit_image)
+        return order_again(context.view_layer, context.edit_image)
 
 
 class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):

@@ -206,7 +206,7 @@ def test_an_image_is_baked_again_as_it_was(scene: Any) -> None:
     image = bpy.data.images["Floor AO"]
     first = pixels(image).copy()
     scene.seed, scene.use_ground, scene.occluders, scene.rays, scene.width = 8, False, "SCENE", 2, 16
-    order = order_again(image)
+    order = order_again(bpy.context.view_layer, image)
     assert (order.options.objects, order.options.settings.seed, order.options.settings.width) == (("Floor",), 7, 32)
     assert order.options.occluding.alone and order.options.occluding.ground
     image.pixels.foreach_set(np.zeros(4 * 32 * 32, np.float32))
@@ -220,8 +220,8 @@ def test_an_image_that_cannot_be_baked_again_says_why(scene: Any) -> None:
     press()
     image = bpy.data.images["Floor AO"]
     bpy.data.objects.remove(bpy.data.objects["Floor"])
-    with pytest.raises(InputError, match="Floor AO: its object Floor is gone"):
-        order_again(image)
+    with pytest.raises(InputError, match="Floor AO: its object Floor is not in this view layer"):
+        order_again(bpy.context.view_layer, image)
     image[KEPT] = "{}"
     with pytest.raises(InputError, match="does not tell how it was baked"):
-        order_again(image)
+        order_again(bpy.context.view_layer, image)
