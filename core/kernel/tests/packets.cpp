@@ -296,6 +296,7 @@ static void check_traced(const PacketCode &code, int index, bool below, bool wei
   const ob::Packet packet{&embree,
                           nullptr,
                           12.0F,
+                          weighted, // whether incoherent is Embree's business alone
                           100,
                           below,
                           rays.directions.data(),
