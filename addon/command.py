@@ -19,7 +19,15 @@ import bpy
 from ..core.bake import Baked, Settings
 from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
-from ..core.report import Json, error_in_words, object_entry, times_as_long, whole_report, write_report
+from ..core.report import (
+    Json,
+    error_in_words,
+    million_rays_per_second,
+    object_entry,
+    times_as_long,
+    whole_report,
+    write_report,
+)
 from ..core.scene import Instance
 from .arguments import parser, settings_of
 from .comparison import compare_with_cycles
@@ -182,11 +190,10 @@ class _Writer:
 
 def _summary(entry: Json) -> str:
     seconds, (width, height) = entry["seconds"], entry["size"]
-    rate = entry["rays"] / max(seconds["trace"], 1e-9) / 1e6
     errors = ", ".join(f"{name} {error_in_words(entry, name)}" for name in entry["error"])
     return (
         f"{entry['name']}: {width}x{height}, {entry['texels']:,} texels, {entry['rays']:,} rays in "
-        f"{seconds['total']:.2f} s ({rate:.1f} million rays a second); RMSE {errors}"
+        f"{seconds['total']:.2f} s ({million_rays_per_second(entry):.1f} million rays a second); RMSE {errors}"
     )
 
 

@@ -40,11 +40,11 @@ def compare_with_cycles(
     """
     size, threads = (settings.width, settings.height), settings.threads or os.cpu_count() or 1
     layer = CHART_MAP if uv == CHARTS else uv
+    names = [obj.name for obj in context.view_layer.objects]
+    counting = {name for name in names if name == target.name or occluding.counts(name)}
     cycles = bake_ao(
         *(context, target.name, size, samples, settings.distance, threads, settings.seed, layer),
-        hidden=[
-            obj.name for obj in context.view_layer.objects if obj.name != target.name and not occluding.counts(obj.name)
-        ],
+        hidden=[name for name in names if name not in counting],
         ground=ground_below([target]) if occluding.ground else None,
     )
     ours = baked.maps["ao"]
@@ -54,10 +54,9 @@ def compare_with_cycles(
     if not mask.any():
         raise InputError(f"{target.name}: no texel is covered here and in Cycles; compare with a larger image")
     other = int(np.count_nonzero(mask & (owners_by_centre(target.mesh.uv, *size, threads=settings.threads) != owner)))
-    names = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
-    write_image(path, picture(ours.values, cycles.values, mask, names), depth=8)
+    captions = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
+    write_image(path, picture(ours.values, cycles.values, mask, captions), depth=8)
     entry = comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
-    counting = [obj.name for obj in context.view_layer.objects if obj.name == target.name or occluding.counts(obj.name)]
     return {**entry, "reasons": reasons_to_differ(ours.values[mask], samples, other, counting)}
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import InputError
 from ..core.scene import Floats, Instance
-from .extract import bake_override, borrow, object_mode, silenced, synced
+from .extract import bake_override, borrow, object_mode, passing_object, silenced, synced
 
 UNLIMITED = 1e20  # farther than any scene; Cycles takes 0 for all open, and has no setting for none
 UNTOUCHED = -1.0  # no occlusion value: what a texel still holds that Cycles did not bake
@@ -172,16 +172,9 @@ def _standing(scene: bpy.types.Scene, instance: Instance) -> Iterator[None]:
     """A mesh of the core's as an object of the scene, for the time."""
     mesh = bpy.data.meshes.new(instance.name)
     mesh.from_pydata(instance.mesh.vertices.tolist(), [], instance.mesh.triangles.tolist())
-    obj = bpy.data.objects.new(instance.name, mesh)
-    obj.matrix_world = Matrix(instance.matrix.tolist())
-    scene.collection.objects.link(obj)
-    try:
+    with passing_object(scene, mesh) as obj:
+        obj.matrix_world = Matrix(instance.matrix.tolist())
         yield
-    finally:
-        bpy.data.objects.remove(obj)
-        bpy.data.meshes.remove(mesh)
-        for view_layer in scene.view_layers:
-            synced(view_layer)
 
 
 @contextmanager

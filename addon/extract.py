@@ -138,8 +138,15 @@ def _carrier(scene: bpy.types.Scene) -> Iterator[bpy.types.Object]:
     mesh.from_pydata([(0.0, 0.0, 0.0)] * 3, [], [(0, 1, 2)])
     mesh.color_attributes.new("Occlusion Bake", "BYTE_COLOR", "CORNER")
     mesh.color_attributes.active_color_index = 0
-    obj = bpy.data.objects.new("Occlusion Bake", mesh)
-    obj.visible_shadow = False
+    with passing_object(scene, mesh) as obj:
+        obj.visible_shadow = False
+        yield obj
+
+
+@contextmanager
+def passing_object(scene: bpy.types.Scene, mesh: bpy.types.Mesh) -> Iterator[bpy.types.Object]:
+    """An object of a new mesh in the scene for the time; both are gone afterwards."""
+    obj = bpy.data.objects.new(mesh.name, mesh)
     scene.collection.objects.link(obj)
     try:
         yield obj

@@ -47,17 +47,16 @@ class Folder:
     def write(self, baked: Baked, settings: Settings, stem: str) -> dict[str, Path]:
         """Write every map of an object; returns the paths by map. Raises InputError, the old file untouched."""
         files = {}
-        for name, each in baked.maps.items():
+        for name in baked.maps:
             files[name] = self.path / f"{stem}_{name}{suffix(self.format)}"
-            write_image(
-                files[name],
-                each.values,
-                depth=self.depth,
-                coverage=each.coverage,
-                metadata=image_metadata(baked, name, settings),
-                dither=self.dither,
-            )
+            write_map(files[name], baked, name, settings, depth=self.depth, dither=self.dither)
         return files
+
+
+def write_map(path: Path, baked: Baked, name: str, settings: Settings, *, depth: int, dither: bool) -> None:
+    """Write one map of an object, with what it says of itself. Raises InputError, the old file untouched."""
+    each, metadata = baked.maps[name], image_metadata(baked, name, settings)
+    write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
 
 
 def clean_name(name: str) -> str:

@@ -36,9 +36,16 @@ class LongOperator:
         return False
 
     @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
+    def is_idle(cls) -> bool:
+        """For `poll`: whether nothing runs; what does is told."""
         if running() is not None:
             cls.poll_message_set("A bake is running")  # type: ignore[attr-defined]
+            return False
+        return True
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if not cls.is_idle():
             return False
         if not any(obj.type == "MESH" for obj in chosen_objects(context)):
             cls.poll_message_set("Select a mesh object")  # type: ignore[attr-defined]

@@ -11,7 +11,14 @@ import bpy
 from ..core.bake import Baked
 from ..core.errors import Cancelled, InputError
 from ..core.progress import Progress
-from ..core.report import error_in_words, object_entry, rays_per_texel, times_as_long
+from ..core.report import (
+    error_in_words,
+    first_of,
+    million_rays_per_second,
+    object_entry,
+    rays_per_texel,
+    times_as_long,
+)
 from ..core.scene import Instance
 from . import overlay
 from .beside import compare_here, compare_in_child
@@ -33,6 +40,8 @@ _NAMED = 6  # occluders in the line that says who they were
 class _BakeOperator(LongOperator):
     """Mixed into an operator that bakes what its `order` says."""
 
+    _previewed: Any = None  # the values that the 3D view shows
+
     def order(self, context: bpy.types.Context) -> Order:
         """What to bake, and where to. Raises InputError."""
         raise NotImplementedError
@@ -49,8 +58,6 @@ class _BakeOperator(LongOperator):
         overlay.show_making(obj.session_uid, preview.target, values)
         redraw(context, "VIEW_3D", every_region=True)
         return True
-
-    _previewed: Any = None
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         order, outcome = self.order(context), Outcome()
@@ -123,8 +130,7 @@ class OCCLUSION_BAKE_OT_again(_BakeOperator, bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if running() is not None:
-            cls.poll_message_set("A bake is running")  # type: ignore[attr-defined]
+        if not cls.is_idle():
             return False
         if not is_ours(getattr(context, "edit_image", None)):
             cls.poll_message_set("Show an image that Occlusion Bake has made")  # type: ignore[attr-defined]
@@ -267,17 +273,14 @@ def result_lines(baked: Baked) -> list[str]:
     errors = ", ".join(f"{name.replace('_', ' ').upper()} {error_in_words(entry, name)}" for name in baked.maps)
     return [
         f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays, "
-        f"{baked.rays / max(baked.seconds['trace'], 1e-9) / 1e6:.1f} million a second",
+        f"{million_rays_per_second(entry):.1f} million a second",
         f"Error: {errors}",
     ]
 
 
 def _occluders_line(names: list[str]) -> str:
     """Who blocked light, the first of them by name."""
-    if not names:
-        return "Occluders: none"
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return f"Occluders: {', '.join(names[:_NAMED])}{more}"
+    return f"Occluders: {first_of(names, _NAMED) or 'none'}"
 
 
 def _counted(objects: int) -> str:

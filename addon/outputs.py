@@ -12,9 +12,8 @@ import bpy
 
 from ..core.bake import Baked, Settings
 from ..core.errors import InputError
-from ..core.images import check_format, suffix, write_image
-from ..core.report import image_metadata
-from .files import check_file, clean_name, whole_path
+from ..core.images import check_format, suffix
+from .files import check_file, clean_name, whole_path, write_map
 from .images import store, store_channel, store_file
 
 PACKED, SAVED, COLOURS, CHANNEL = "PACKED", "SAVED", "COLOURS", "CHANNEL"
@@ -53,15 +52,9 @@ class Output:
         return store(baked)
 
     def _save(self, baked: Baked, name: str, settings: Settings) -> bpy.types.Image:
-        path, each = self.file(baked.name, name, settings), baked.maps[name]
+        path = self.file(baked.name, name, settings)
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_image(
-            *(path, each.values),
-            depth=self.depth,
-            coverage=each.coverage,
-            metadata=image_metadata(baked, name, settings),
-            dither=self.dither and self.depth == 8,
-        )
+        write_map(path, baked, name, settings, depth=self.depth, dither=self.dither and self.depth == 8)
         return store_file(baked.name, name, path)
 
     def file(self, owner: str, name: str, settings: Settings) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import islice
 from textwrap import wrap
+from typing import ClassVar
 
 import bpy
 
@@ -22,7 +23,7 @@ from .operators import (
 )
 from .outputs import CHANNEL, SAVED
 from .presets import OCCLUSION_BAKE_PT_presets
-from .settings import by_rays
+from .settings import OcclusionBakeSettings, by_rays
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
 _FRAME, _LETTER = 56.0, 5.7
@@ -35,6 +36,20 @@ class _Sidebar:
     bl_category = "Occlusion"
 
 
+class _Settings(_Sidebar):
+    """Mixed into a panel of settings below the first, closed until it is asked for."""
+
+    bl_parent_id = "OCCLUSION_BAKE_PT_bake"
+    bl_options: ClassVar = {"DEFAULT_CLOSED"}
+
+
+def _begin(panel: bpy.types.Panel, context: bpy.types.Context) -> tuple[bpy.types.UILayout, OcclusionBakeSettings]:
+    """A panel's layout, names beside values as Blender has it, and the settings."""
+    panel.layout.use_property_split = True
+    panel.layout.use_property_decorate = False
+    return panel.layout, context.scene.occlusion_bake
+
+
 class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
     """What to bake, and the button."""
 
@@ -45,9 +60,7 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         OCCLUSION_BAKE_PT_presets.draw_panel_header(self.layout)
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = self.layout, context.scene.occlusion_bake
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout, chosen = _begin(self, context)
         maps = layout.column(heading="Maps")
         maps.prop(chosen, "use_ao")
         maps.prop(chosen, "use_ro")
@@ -99,17 +112,13 @@ def _letters(context: bpy.types.Context) -> int:
     return max(int((width - _FRAME) / _LETTER), 16)
 
 
-class OCCLUSION_BAKE_PT_reflection(_Sidebar, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_reflection(_Settings, bpy.types.Panel):
     """Exponents and direction of RO."""
 
-    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Reflection"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = self.layout, context.scene.occlusion_bake
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout, chosen = _begin(self, context)
         layout.active = chosen.use_ro
         layout.prop(chosen, "exponents")
         layout.prop(chosen, "direction")
@@ -118,17 +127,13 @@ class OCCLUSION_BAKE_PT_reflection(_Sidebar, bpy.types.Panel):
         horizon.prop(chosen, "divide_horizon")
 
 
-class OCCLUSION_BAKE_PT_occluders(_Sidebar, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
     """Who blocks light, by choice and by name."""
 
-    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Occluders"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = self.layout, context.scene.occlusion_bake
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout, chosen = _begin(self, context)
         layout.prop(chosen, "occluders", text="Objects")
         if chosen.occluders == "COLLECTION":
             layout.prop(chosen, "collection")
@@ -149,17 +154,13 @@ class OCCLUSION_BAKE_PT_occluders(_Sidebar, bpy.types.Panel):
             column.label(text="Each baked object itself", icon="OBJECT_DATA")
 
 
-class OCCLUSION_BAKE_PT_output(_Sidebar, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):
     """Where the images go."""
 
-    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Output"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = self.layout, context.scene.occlusion_bake
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout, chosen = _begin(self, context)
         layout.prop(chosen, "output", text="To")
         if chosen.output == SAVED:
             layout.prop(chosen, "path")
@@ -192,33 +193,25 @@ class OCCLUSION_BAKE_PT_image(bpy.types.Panel):
         draw_button(self.layout, OCCLUSION_BAKE_OT_again.bl_idname, "FILE_REFRESH")
 
 
-class OCCLUSION_BAKE_PT_material(_Sidebar, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_material(_Settings, bpy.types.Panel):
     """The baked images in the objects' materials."""
 
-    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Material"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = self.layout, context.scene.occlusion_bake
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout, chosen = _begin(self, context)
         layout.prop(chosen, "use_material")
         layout.prop(chosen, "use_gltf")
         layout.operator(OCCLUSION_BAKE_OT_unhook.bl_idname, icon="X")
 
 
-class OCCLUSION_BAKE_PT_options(_Sidebar, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_options(_Settings, bpy.types.Panel):
     """Distance, filter, UVs, margin, and what is seldom changed."""
 
-    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Options"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = self.layout, context.scene.occlusion_bake
-        layout.use_property_split = True
-        layout.use_property_decorate = False
+        layout, chosen = _begin(self, context)
         row = layout.row(heading="Distance")
         row.prop(chosen, "use_distance", text="")
         value = row.row()
@@ -234,18 +227,14 @@ class OCCLUSION_BAKE_PT_options(_Sidebar, bpy.types.Panel):
         layout.prop(chosen, "threads")
 
 
-class OCCLUSION_BAKE_PT_cycles(_Sidebar, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_cycles(_Settings, bpy.types.Panel):
     """The comparison."""
 
-    bl_parent_id = OCCLUSION_BAKE_PT_bake.bl_idname
     bl_label = "Compare with Cycles"
-    bl_options = {"DEFAULT_CLOSED"}
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
-        layout.use_property_split = True
-        layout.use_property_decorate = False
-        layout.prop(context.scene.occlusion_bake, "cycles_samples", text="Samples")
+        layout, chosen = _begin(self, context)
+        layout.prop(chosen, "cycles_samples", text="Samples")
         layout.operator(OCCLUSION_BAKE_OT_compare.bl_idname, text="Compare", icon="MOD_OPACITY")
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..core.report import first_of
 from ..core.scene import Floats
 
 _NAMED = 4  # materials in a line
@@ -26,8 +27,7 @@ def reasons_to_differ(values: Floats, samples: int, other_owner: int, occluders:
     if bpy.app.version < (5, 0):
         lines.append("Footprint: Cycles before Blender 5 samples the middle half of a texel, here the whole of it")
     if names := sorted({material.name for material in _materials(occluders) if _lets_light_through(material)}):
-        more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-        lines.append(f"Materials: {', '.join(names[:_NAMED])}{more} let light through in Cycles; here all are opaque")
+        lines.append(f"Materials: {first_of(names, _NAMED)} let light through in Cycles; here all are opaque")
     return lines
 
 

@@ -6,7 +6,7 @@ import contextlib
 import json
 import os
 import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -50,6 +50,17 @@ def error_in_words(entry: Json, name: str) -> str:
 def rays_per_texel(entry: Json) -> float:
     """Rays a texel of an entry: those of all its maps, but for those that measured their error."""
     return float(entry["rays"] / max(entry["texels"], 1))
+
+
+def million_rays_per_second(entry: Json) -> float:
+    """Of an entry's tracing."""
+    return float(entry["rays"] / max(entry["seconds"]["trace"], 1e-9) / 1e6)
+
+
+def first_of(names: Sequence[str], most: int) -> str:
+    """ "A, B and 3 more": so many of the names in a line, and how many are left."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"{', '.join(names[:most])}{more}"
 
 
 def comparison_entry(comparison: Comparison, samples: int, seconds: float, other_owner: int, picture: Path) -> Json:

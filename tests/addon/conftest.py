@@ -73,6 +73,17 @@ def make() -> type[Make]:
     return Make
 
 
+@pytest.fixture(scope="module")
+def registered() -> Iterator[None]:
+    """The add-on, as in a Blender where it is enabled."""
+    pytest.importorskip("bpy")
+    import occlusion_bake
+
+    occlusion_bake.register()
+    yield
+    occlusion_bake.unregister()
+
+
 @pytest.fixture
 def empty_scene() -> Iterator[None]:
     bpy = pytest.importorskip("bpy")

@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-import occlusion_bake
 import pytest
 
 bpy = pytest.importorskip("bpy")
 
 
-@pytest.fixture(scope="module", autouse=True)
-def registered() -> Iterator[None]:
-    occlusion_bake.register()
-    yield
-    occlusion_bake.unregister()
-
-
 @pytest.fixture(autouse=True)
-def scene(empty_scene: None) -> Any:
+def scene(registered: None, empty_scene: None) -> Any:
     chosen = bpy.context.scene.occlusion_bake
     chosen.quality, chosen.rays, chosen.threads, chosen.output = "RAYS", 64, 2, "COLOURS"
     return chosen

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -10,7 +9,6 @@ from typing import Any
 from unittest.mock import MagicMock
 
 import numpy as np
-import occlusion_bake
 import pytest
 
 bpy = pytest.importorskip("bpy")
@@ -23,15 +21,8 @@ from occlusion_bake.addon.settings import core_settings  # noqa: E402
 from occlusion_bake.core.images import read_image  # noqa: E402
 
 
-@pytest.fixture(scope="module", autouse=True)
-def registered() -> Iterator[None]:
-    occlusion_bake.register()
-    yield
-    occlusion_bake.unregister()
-
-
 @pytest.fixture(autouse=True)
-def scene(empty_scene: None) -> Any:
+def scene(registered: None, empty_scene: None) -> Any:
     chosen = bpy.context.scene.occlusion_bake
     chosen.width = chosen.height = 64
     chosen.quality, chosen.rays, chosen.margin, chosen.threads = "RAYS", 4, 2, 2

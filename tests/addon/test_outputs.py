@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import occlusion_bake
 import pytest
 
 bpy = pytest.importorskip("bpy")
@@ -17,15 +15,8 @@ from occlusion_bake.core.errors import InputError  # noqa: E402
 from occlusion_bake.core.images import read_image  # noqa: E402
 
 
-@pytest.fixture(scope="module", autouse=True)
-def registered() -> Iterator[None]:
-    occlusion_bake.register()
-    yield
-    occlusion_bake.unregister()
-
-
 @pytest.fixture(autouse=True)
-def scene(empty_scene: None, make: Any) -> Any:
+def scene(registered: None, empty_scene: None, make: Any) -> Any:
     """A floor beside a wall, selected."""
     make.wall()
     select(make.plane("Floor"))
