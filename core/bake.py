@@ -19,6 +19,7 @@ from .errors import InputError
 from .estimators import AO, Axis, Estimator
 from .field import Field
 from .finish import fill_margin
+from .highs import onto_highs
 from .kernel_api import Control
 from .occluders import Frame, Occluders
 from .progress import Preview, Progress
@@ -140,8 +141,7 @@ class Baker:
         self._settings = settings
         self._progress = progress or Progress()
         self._progress.expect(len(scene.targets))
-        kept_apart = () if scene.shared else frozenset(target.belongs_to for target in scene.targets)
-        self._occluders = Occluders(self.device, scene.occluders, settings.reach, kept_apart)
+        self._occluders = Occluders(self.device, scene.occluders, settings.reach, _reserved(scene))
         self._warnings = list(self._occluders.warnings)
 
     def bake(self, target: Instance) -> Baked:
@@ -168,6 +168,9 @@ class Baker:
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress)
             surface = surface_of(target, frame.origin)
+        if target.name in self._scene.highs:
+            with _timed(seconds, "texels"):
+                surface, texels = self._onto_highs(target, surface, texels, frame)
         with _timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
@@ -183,6 +186,13 @@ class Baker:
         size, found = (settings.width, settings.height), (share, texels.overlapped)
         return Baked(target.name, *size, texels.count, traced, maps, *found, seconds, warnings)
 
+    def _onto_highs(
+        self, target: Instance, surface: Placed, texels: Texels, frame: Frame
+    ) -> tuple[Placed, Texels]:
+        control = self._progress.enter(f"{target.name}: looking for high meshes", _INSIDE)
+        what = (target, self._scene.highs[target.name], surface, texels, frame.origin, self.device)
+        return onto_highs(*what, threads=self._settings.threads, control=control)
+
     def _share_inside(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
         own = self._occluders.number_of(target, frame)
         if not frame.holds_others(own):
@@ -190,6 +200,16 @@ class Baker:
         control = self._progress.enter(f"{target.name}: looking for meshes around it", _INSIDE)
         threads = self._settings.threads
         return inside.share_inside(frame.scene, surface, texels.owner, own, threads=threads, control=control)
+
+
+def _reserved(scene: Scene) -> dict[str, set[str]]:
+    """Objects that block light for some targets alone, and those targets."""
+    reserved: dict[str, set[str]] = {}
+    for target in () if scene.shared else scene.targets:
+        highs = scene.highs.get(target.name)
+        for owner in [target] if highs is None else highs.meshes:
+            reserved.setdefault(owner.belongs_to, set()).add(target.name)
+    return reserved
 
 
 def bake(scene: Scene, settings: Settings, progress: Progress | None = None) -> Iterator[Baked]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 5
+ABI_VERSION = 6
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -39,6 +39,7 @@ class Surface(Structure):
         ("uv", c_void_p),
         ("normals", c_void_p),
         ("faces", c_void_p),
+        ("spacing", c_void_p),
         ("owner", c_void_p),
         ("vertex_count", c_int64),
         ("triangle_count", c_int64),
@@ -108,6 +109,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_field_build": [POINTER(Surface), POINTER(Slab), c_int32, _CONTROL, POINTER(_HANDLE)],
     "ob_field_filter": [_HANDLE, POINTER(Signal), _CONTROL],
     "ob_inside": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
+    "ob_first_hits": [_HANDLE, *[c_void_p] * 3, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }
 _RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_field_free")

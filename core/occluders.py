@@ -51,12 +51,16 @@ class Occluders:
     """The occluders of a scene, built when first needed and kept for the next object where that costs no precision."""
 
     def __init__(
-        self, device: Device, instances: Sequence[Instance], distance: float = np.inf, kept_apart: Collection[str] = ()
+        self,
+        device: Device,
+        instances: Sequence[Instance],
+        distance: float = np.inf,
+        reserved: Mapping[str, Collection[str]] | None = None,
     ) -> None:
-        """kept_apart: names of objects that occlude nothing but themselves."""
+        """reserved: by name, objects that block light for these targets alone."""
         self._device = device
         self._distance = distance
-        self._kept_apart = kept_apart
+        self._reserved = reserved or {}
         meshes = {id(instance.mesh): instance.mesh for instance in instances}
         sound = {key: _without_broken(mesh) for key, mesh in meshes.items()}  # once a mesh, or none would be shared
         self._instances = [replace(instance, mesh=sound[id(instance.mesh)]) for instance in instances]
@@ -93,7 +97,7 @@ class Occluders:
         return frozenset(i for i in places if self._may_occlude(self._instances[i], target))
 
     def _may_occlude(self, occluder: Instance, target: Instance) -> bool:
-        return occluder.belongs_to not in self._kept_apart or occluder.belongs_to == target.belongs_to
+        return target.name in self._reserved.get(occluder.belongs_to, (target.name,))
 
     def _build(self, target: Instance, own: int, wanted: frozenset[int], progress: Progress) -> Frame:
         origin = centre_of(target)

@@ -6,7 +6,7 @@ its object before anything is rounded (`placed`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
@@ -95,18 +95,30 @@ class Camera:
 
 
 @dataclass(frozen=True, eq=False)
+class Highs:
+    """What a target is baked from in the place of its own surface (highs.py). cage: the target's mesh, blown up, from
+    which the high ones are looked for; else they are within `extrusion` scene units of the target, None: a part of its
+    size."""
+
+    meshes: Sequence[Instance]
+    cage: Instance | None = None
+    extrusion: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Scene:
     """Everything a bake may need.
 
     targets: the objects to bake, their meshes with UVs. occluders: all that blocks light, the targets among them where
     they do (an occluder is a target's own geometry when it bears the target's name and mesh). shared: what belongs to
-    one target occludes the others, too.
+    one target occludes the others, too. highs: of the targets that are baked from others, by name.
     """
 
     targets: Sequence[Instance]
     occluders: Sequence[Instance]
     camera: Camera | None = None
     shared: bool = True
+    highs: Mapping[str, Highs] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +126,8 @@ class Placed:
     """A mesh in world space, relative to an origin. The winding is outward even under a mirroring matrix.
 
     faces: (T, 3) float32 unit normals of the triangles from before their corners were rounded, which turns needles
-    about themselves; zero or None where they must be taken from the corners.
+    about themselves; zero or None where they must be taken from the corners. spacing: (T,) float32, the side of a texel
+    on each triangle, None where its corners tell.
     """
 
     vertices: Floats
@@ -122,6 +135,7 @@ class Placed:
     uv: Floats | None = field(default=None)
     normals: Floats | None = field(default=None)
     faces: Floats | None = field(default=None)
+    spacing: Floats | None = field(default=None)
 
 
 def check_target(target: Instance) -> list[str]:

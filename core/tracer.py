@@ -70,6 +70,42 @@ class TraceScene:
         return answer.astype(bool)
 
 
+    def first_hits(
+        self, origins: Floats, directions: Floats, lengths: Floats, threads: int = 0, control: api.Control | None = None
+    ) -> Hits:
+        """What rays meet first: origins, directions (N, 3) and lengths (N,), in lengths of the direction, float32.
+
+        Raises Cancelled, InputError.
+        """
+        hits = np.empty(len(origins), dtype=_HIT)
+        rays = (api.address(each, np.float32) for each in (origins, directions, lengths))
+        where = (hits.ctypes.data, pointer_to(control))
+        api.check(api.library().ob_first_hits(self.handle, *rays, len(origins), threads, *where))
+        weights = np.stack([1.0 - hits["u"] - hits["v"], hits["u"], hits["v"]], axis=1)
+        return Hits(hits["distance"].copy(), hits["geometry"].copy(), hits["triangle"].copy(), weights)
+
+
+_HIT = np.dtype([(name, np.float32) for name in ("distance", "u", "v")] + [("geometry", np.int32), ("triangle", np.int32)])
+
+
+@dataclass(frozen=True, eq=False)
+class Hits:
+    """Where rays meet triangles. distance: (N,) float32 in lengths of the direction, inf for none. geometry, triangle:
+    (N,) int32, the scene's number of what is met and the triangle of it, -1 for none. weights: (N, 3) float32 of the
+    triangle's corners."""
+
+    distance: Floats
+    geometry: Ints
+    triangle: Ints
+    weights: Floats
+
+    @property
+    def met(self) -> NDArray[np.bool_]:
+        """(N,) bool: rays that meet anything."""
+        met: NDArray[np.bool_] = self.geometry >= 0
+        return met
+
+
 CHUNK_RAYS = 256  # the kernel traces all texels' first so many rays, tile by tile, before it goes on
 
 
@@ -157,6 +193,7 @@ def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
         api.address(surface.uv, np.float32),
         api.address(surface.normals, np.float32),
         api.address(surface.faces, np.float32),
+        api.address(surface.spacing, np.float32),
         api.address(owner, np.int32),
         len(surface.vertices),
         len(surface.triangles),

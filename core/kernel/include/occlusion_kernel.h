@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 5 };
+enum { OB_ABI_VERSION = 6 };
 
 enum ob_status {
   OB_OK = 0,
@@ -77,6 +77,7 @@ typedef struct ob_surface {
   const float *uv;          /* triangle_count x 3 x 2, v up */
   const float *normals;     /* triangle_count x 3 x 3 unit shading normals, or NULL: flat */
   const float *faces;       /* triangle_count x 3 unit normals, or NULL: from the corners, as where one is zero */
+  const float *spacing;     /* triangle_count sides of a texel on it, or NULL: from the corners */
   const int32_t *owner;     /* height x width */
   int64_t vertex_count;
   int64_t triangle_count;
@@ -120,6 +121,13 @@ typedef struct ob_slab {
   float low, high;
   int32_t axis;
 } ob_slab;
+
+/* Where a ray meets a triangle first: at `distance` times its direction, INFINITY and -1 where it meets none. u, v: the
+ * weights of the triangle's second and third corner. geometry: as the scene numbers it, of an instance that one's. */
+typedef struct ob_hit {
+  float distance, u, v;
+  int32_t geometry, triangle;
+} ob_hit;
 
 typedef struct ob_device ob_device;
 typedef struct ob_mesh ob_mesh;
@@ -187,6 +195,10 @@ OB_API int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const
 /* V along given rays: visible[i] = 1 where nothing is hit before `distance`. origins, directions: count x 3. */
 OB_API int32_t ob_visible(ob_scene *scene, const float *origins, const float *directions, int64_t count, float distance,
                           uint8_t *visible);
+
+/* What rays meet first. origins, directions: count x 3; lengths: how far each goes, in lengths of its direction. */
+OB_API int32_t ob_first_hits(ob_scene *scene, const float *origins, const float *directions, const float *lengths,
+                             int64_t count, int32_t threads, ob_hit *hits, ob_control *control);
 
 /* Whether texels lie inside a mesh other than their own: inside[i] = 1 where at least 14 of 16 rays, spread over all
  * directions from the middle of texel texels[i] (y * width + x, owned), get out of a mesh, through the back of a

@@ -46,6 +46,9 @@ struct Points {
 // The side of a square as large as a texel is on the surface. In float64: areas square lengths, and cross products of
 // those once more.
 float spacing_of(const Group &group, const ob_surface &surface, int64_t owner, int lane) {
+  if (surface.spacing != nullptr) {
+    return surface.spacing[owner];
+  }
   const double a[3] = {group.edge1.x[lane], group.edge1.y[lane], group.edge1.z[lane]};
   const double b[3] = {group.edge2.x[lane], group.edge2.y[lane], group.edge2.z[lane]};
   const double cross[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};

@@ -84,6 +84,7 @@ struct Anything {
   float uv[12] = {0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
   float normals[18] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
   float facing[6] = {0, 0, 1, 0, 0, 1};
+  float spacing[2] = {0.25F, 0.25F};
   int32_t owner[64] = {};
   ob_surface surface{};
 
@@ -100,6 +101,9 @@ struct Anything {
     for (float &value : facing) {
       value = random.once_in(20) ? draw.one_of({kNan, kInfinity, 1e30F, 0.0F}) : value;
     }
+    for (float &value : spacing) {
+      value = random.once_in(20) ? draw.one_of({kNan, kInfinity, 1e30F, 0.0F, -1.0F}) : value;
+    }
     for (float &value : normals) {
       value = random.once_in(40) ? draw.one_of({kNan, kInfinity, 1e30F, 0.0F}) : value;
     }
@@ -114,6 +118,7 @@ struct Anything {
                draw.present(uv),
                draw.optional(normals),
                draw.optional(facing),
+               draw.optional(spacing),
                draw.present(owner),
                corners,
                faces,
@@ -239,6 +244,26 @@ static bool see_anything(Random &random, const Scene &built, const Scene &begun)
   return draw.broken();
 }
 
+static bool hit_anything(Random &random, const Scene &built, const Scene &begun) {
+  Draw draw(random, 20);
+  float rays[12];
+  float lengths[4];
+  for (float &number : rays) {
+    number = random.once_in(12) ? draw.one_of({kNan, kInfinity, 0.0F}) : static_cast<float>(random.within(-2, 2));
+  }
+  for (float &length : lengths) {
+    length = draw.one_of({1.0F, 0.0F, -1.0F, kNan, kInfinity});
+  }
+  ob_hit hits[4];
+  ob_control control{};
+  ob_scene *scene = draw.good_or_bad({built.get()}, {static_cast<ob_scene *>(nullptr), begun.get()});
+  check_status(draw,
+               ob_first_hits(scene, draw.present(rays), draw.present(rays), draw.present(lengths),
+                             draw.good_or_bad<int64_t>({0, 4}, {-1, INT64_MIN}), draw.threads(), draw.present(hits),
+                             draw.optional(&control)));
+  return draw.broken();
+}
+
 static bool look_around_anything(Random &random, const Scene &built, const Scene &begun) {
   Draw draw(random, 50);
   Anything anything;
@@ -338,6 +363,7 @@ int main(int argc, char **argv) {
   repeat(3000, 3, [&](Random &random) { return build_anything(random, device, built); });
   repeat(2000, 4, [&](Random &random) { return instance_anything(random, device, other, built); });
   repeat(3000, 5, [&](Random &random) { return see_anything(random, built, begun); });
+  repeat(3000, 9, [&](Random &random) { return hit_anything(random, built, begun); });
   repeat(3000, 7, [&](Random &random) { return look_around_anything(random, built, begun); });
   repeat(300, 6, [&](Random &random) { return trace_anything(random, built, begun); });
 }

@@ -141,6 +141,7 @@ struct Target {
             mesh.uv.data(),
             normals.empty() ? nullptr : normals.data(),
             nullptr,
+            nullptr,
             owner.data(),
             mesh.vertex_count(),
             mesh.triangle_count(),

@@ -438,6 +438,39 @@ static void test_surface_points() {
   }
 }
 
+// Two squares one above the other, the upper one an instance: the first is met, by number, triangle and weights.
+static void test_first_hits(const Device &device) {
+  const BuiltMesh square_mesh = build(device, square(0, 1));
+  const Scene scene = begin_scene(device);
+  must(add(scene, square(0, 1)));
+  const float matrix[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2};
+  must(ob_scene_add_instances(scene.get(), square_mesh.get(), matrix, 1));
+  must(ob_scene_commit(scene.get(), nullptr));
+  const float origins[] = {0.25F, 0.5F, 1, 0.25F, 0.5F, 1, 3, 0, 1, 0.25F, 0.5F, 1};
+  const float directions[] = {0, 0, -1, 0, 0, 0.5F, 0, 0, -1, 0, 0, -1};
+  const float lengths[] = {INFINITY, INFINITY, INFINITY, 0.99F};
+  ob_hit hits[4];
+  ob_control control{};
+  must(ob_first_hits(scene.get(), origins, directions, lengths, 4, 2, hits, &control));
+  CHECK(control.done == 4 && control.total == 4);
+  CHECK(hits[0].geometry == 0 && hits[1].geometry == 1 && hits[2].geometry == -1 && hits[3].geometry == -1);
+  CHECK(hits[0].distance == 1 && hits[1].distance == 2 && hits[2].distance == INFINITY && hits[2].triangle == -1);
+  const Mesh mesh = square(0, 1);
+  for (int i = 0; i < 2; ++i) {
+    const int32_t *corner = &mesh.triangles[3 * static_cast<size_t>(hits[i].triangle)];
+    const float weights[] = {1 - hits[i].u - hits[i].v, hits[i].u, hits[i].v};
+    for (size_t axis = 0; axis < 2; ++axis) {
+      float place = 0;
+      for (int k = 0; k < 3; ++k) {
+        place += weights[k] * mesh.vertices[3 * static_cast<size_t>(corner[k]) + axis];
+      }
+      CHECK(std::fabs(place - origins[axis]) < 1e-6F);
+    }
+  }
+  control = {1, 0, 0, 0};
+  CHECK_EQUAL(ob_first_hits(scene.get(), origins, directions, lengths, 4, 1, hits, &control), OB_CANCELLED);
+}
+
 int main(int argc, char **argv) {
   test_surface_points();
   if (argc < 2) {
@@ -469,4 +502,5 @@ int main(int argc, char **argv) {
   test_cancel_of_a_small_build(device);
   test_cancel_of_a_build(device);
   test_visible(device);
+  test_first_hits(device);
 }

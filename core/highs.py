@@ -1,0 +1,226 @@
+"""A low mesh baked from high ones: each texel takes its point, and its normal, from what it sees of them.
+
+A ray a texel starts above the low surface, goes in through the texel's middle and ends as far below: it is blind to
+the backs of faces, and what it meets first is the texel's point. It is one point, as in Blender's own baking from
+selected to active, where a texel of the mesh itself is a piece of surface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .embree import Device
+from .errors import InputError
+from .kernel_api import Control
+from .scene import Doubles, Floats, Highs, Instance, Ints, Placed, bounds_of, placed, surface_of
+from .texels import Texels, surface_points
+from .tracer import TraceScene
+
+AUTOMATIC = 0.02  # of the low mesh's diagonal: how far above and below it is looked for high ones
+TOLD = 0.01  # of the texels: where fewer find nothing, that is no matter for a warning
+_LAYERS = 8  # backs of faces that a ray passes before it is given up
+_PAST = 2.0**-18  # how far behind one it goes on, of the numbers that the point is made of
+_LIFT = 2.0**-20  # what points are lifted off triangles by, of their largest coordinate (kernel/src/gather.cpp)
+
+
+@dataclass(frozen=True, eq=False)
+class _Points:
+    """Points of the high meshes, a row a texel. found: (N,) bool; the others are (N, 3) float32, sound where found."""
+
+    found: NDArray[np.bool_]
+    positions: Floats
+    normals: Floats
+    faces: Floats
+
+
+def onto_highs(
+    target: Instance,
+    highs: Highs,
+    low: Placed,
+    texels: Texels,
+    origin: Doubles,
+    device: Device,
+    *,
+    threads: int = 0,
+    control: Control | None = None,
+) -> tuple[Placed, Texels]:
+    """The surface and the texels to bake in the place of a target's own.
+
+    low: the target about `origin` ((3,) float64). Each texel becomes a triangle of no size, at the point that it sees,
+    and those that see none lose their owner. Raises InputError where no texel sees any, or the cage is no cage of the
+    target's; Cancelled, MemoryError.
+    """
+    surfaces = [surface_of(each, origin) for each in highs.meshes]
+    scene = TraceScene(device)
+    numbers = [scene.add(each.vertices, each.triangles) for each in surfaces]
+    if max(numbers, default=-1) < 0:
+        raise InputError(f"{target.name}: what it is baked from has no faces; choose high meshes that have")
+    scene.commit(control)
+    owned = np.flatnonzero(texels.owner >= 0)
+    starts, ways = _rays(target, highs, low, texels.owner, origin, threads)
+    present = [each for each, number in zip(surfaces, numbers, strict=True) if number >= 0]
+    points = _seen(scene, present, starts[owned], ways[owned], threads, control)
+    return _patches(target, low, texels, owned, points)
+
+
+def _rays(
+    target: Instance, highs: Highs, low: Placed, owner: Ints, origin: Doubles, threads: int
+) -> tuple[Floats, Floats]:
+    """Where the rays start, and the way to the low surface: (H·W, 3) float32 each."""
+    flowing = replace(low, normals=_flowing_normals(low))
+    places, normals = (each.reshape(-1, 3) for each in surface_points(flowing, owner, threads=threads))
+    if highs.cage is not None:
+        cage = replace(flowing, vertices=_cage_of(target, highs.cage, origin))
+        starts = surface_points(cage, owner, threads=threads)[0].reshape(-1, 3)
+    else:
+        starts = places + np.float32(highs.extrusion or extrusion_of(target)) * normals
+    return starts, places - starts
+
+
+def extrusion_of(target: Instance) -> float:
+    """How far highs are looked for, where nobody says."""
+    low, high = bounds_of(target)
+    return AUTOMATIC * float(np.linalg.norm(high - low))
+
+
+def _cage_of(target: Instance, cage: Instance, origin: Doubles) -> Floats:
+    same = len(cage.mesh.vertices) == len(target.mesh.vertices)
+    if not same or not np.array_equal(cage.mesh.triangles, target.mesh.triangles):
+        raise InputError(
+            f"{target.name}: {cage.name} has other faces, so it cannot be its cage; make one from a copy of it"
+        )
+    return placed(cage, origin).vertices
+
+
+def _flowing_normals(low: Placed) -> Floats:
+    """(T, 3, 3) normals that flow over all edges, hard ones too, where rays would part or cross: of each place of the
+    mesh the mean of its faces', by their angles there."""
+    corners = low.vertices[low.triangles].astype(np.float64)
+    edges = np.roll(corners, -1, axis=1) - corners
+    sides = edges / np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-300)
+    faces = np.cross(edges[:, 0], -edges[:, 2])
+    faces /= np.maximum(np.linalg.norm(faces, axis=1, keepdims=True), 1e-300)
+    angles = np.arccos(np.clip(-(sides * np.roll(sides, 1, axis=1)).sum(axis=2), -1.0, 1.0))
+    place = np.unique(low.vertices, axis=0, return_inverse=True)[1].ravel()[low.triangles]
+    sums = np.zeros((int(place.max()) + 1, 3))
+    for corner in range(3):
+        np.add.at(sums, place[:, corner], angles[:, corner, None] * faces)
+    normals = sums[place]
+    length = np.linalg.norm(normals, axis=2, keepdims=True)
+    flowing = np.where(length > 1e-9, normals / np.maximum(length, 1e-300), faces[:, None])
+    return np.ascontiguousarray(flowing, dtype=np.float32)
+
+
+def _seen(
+    scene: TraceScene,
+    surfaces: Sequence[Placed],
+    starts: Floats,
+    ways: Floats,
+    threads: int,
+    control: Control | None,
+) -> _Points:
+    """What each ray meets first that faces it, as far behind the low surface as it starts before it."""
+    points = _Points(np.zeros(len(starts), np.bool_), *(np.zeros_like(starts) for _ in range(3)))
+    begun = np.zeros(len(starts), dtype=np.float32)  # how far along its way each ray starts
+    left = np.flatnonzero(np.isfinite(starts).all(axis=1) & (np.abs(ways).max(axis=1, initial=0.0) > 0.0))
+    for _ in range(_LAYERS):
+        if not len(left):
+            break
+        along = ways[left]
+        hits = scene.first_hits(starts[left] + begun[left, None] * along, along, 2.0 - begun[left], threads, control)
+        met = np.flatnonzero(hits.met)
+        place, shading, face = _at(surfaces, hits.geometry[met], hits.triangle[met], hits.weights[met])
+        facing = (face * along[met]).sum(axis=1) < 0.0
+        rows = left[met[facing]]
+        points.found[rows] = True
+        points.positions[rows], points.normals[rows], points.faces[rows] = (each[facing] for each in (place, shading, face))
+        behind = met[~facing]
+        numbers = np.abs(starts[left[behind]]).max(axis=1) / np.abs(along[behind]).max(axis=1)
+        begun[left[behind]] += hits.distance[behind] + np.float32(_PAST) * (numbers + 1.0)
+        left = left[behind]
+        left = left[begun[left] < 2.0]
+    return points
+
+
+def _at(surfaces: Sequence[Placed], number: Ints, triangle: Ints, weights: Floats) -> tuple[Floats, Floats, Floats]:
+    """Points, shading normals and faces' normals, (N, 3) float32 each, of triangles at barycentric weights."""
+    places, shadings, normals = (np.zeros((len(number), 3), dtype=np.float32) for _ in range(3))
+    for i, surface in enumerate(surfaces):
+        rows = np.flatnonzero(number == i)
+        which, part = triangle[rows], weights[rows, :, None].astype(np.float64)
+        corners = surface.vertices[surface.triangles[which]].astype(np.float64)
+        face = _faces(surface, which, corners)
+        shading = face if surface.normals is None else (part * surface.normals[which]).sum(axis=1)
+        length = np.linalg.norm(shading, axis=1, keepdims=True)
+        # The triangle may be larger than the point is far from the origin, and so are its roundings.
+        lift = _LIFT * np.abs(corners).max(axis=(1, 2))[:, None]
+        places[rows] = (part * corners).sum(axis=1) + lift * face
+        shadings[rows] = np.where(length > 0.0, shading / np.maximum(length, 1e-300), face)
+        normals[rows] = face
+    return places, shadings, normals
+
+
+def _faces(surface: Placed, which: Ints, corners: Doubles) -> Doubles:
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    if surface.faces is None:
+        return across
+    known = surface.faces[which].astype(np.float64)
+    faces: Doubles = np.where((known * known).sum(axis=1, keepdims=True) > 0.5, known, across)
+    return faces
+
+
+def _patches(
+    target: Instance, low: Placed, texels: Texels, owned: NDArray[np.int64], points: _Points
+) -> tuple[Placed, Texels]:
+    """A triangle for each texel that sees a point: all three corners there, in the texture over the whole texel."""
+    rows = np.flatnonzero(points.found)
+    if not len(rows):
+        raise InputError(
+            f"{target.name}: none of its texels sees a high mesh; move them together, or raise the extrusion"
+        )
+    height, width = texels.owner.shape
+    seen = owned[rows]
+    x, y = seen % width, seen // width
+    cells = np.stack(
+        [
+            np.stack([x, 1.0 * (height - 1 - y)], axis=1),
+            np.stack([x + 2, 1.0 * (height - 1 - y)], axis=1),
+            np.stack([x, 1.0 * (height + 1 - y)], axis=1),
+        ],
+        axis=1,
+    ) / (width, height)
+    number = np.arange(len(rows), dtype=np.int32)
+    owner = np.full(height * width, -1, dtype=np.int32)
+    owner[seen] = number
+    patches = Placed(
+        points.positions[rows],
+        np.repeat(number[:, None], 3, axis=1),
+        cells.astype(np.float32),
+        np.repeat(points.normals[rows][:, None], 3, axis=1),
+        points.faces[rows],
+        _spacing(low, width, height)[texels.owner.reshape(-1)[seen]],
+    )
+    share = 1.0 - len(rows) / len(owned)
+    warnings = list(texels.warnings)
+    if share >= TOLD:
+        warnings.append(
+            f"{target.name}: {100.0 * share:.0f} % of its texels see no high mesh and are filled from those around; "
+            "raise the extrusion, or close the gaps"
+        )
+    return patches, replace(texels, owner=owner.reshape(height, width), count=len(rows), warnings=warnings)
+
+
+def _spacing(low: Placed, width: int, height: int) -> Floats:
+    """(T,) float32: the side of a square as large as a texel is on each triangle of the low mesh."""
+    assert low.uv is not None
+    corners = low.vertices[low.triangles].astype(np.float64)
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    edges = (low.uv[:, 1:] - low.uv[:, :1]).astype(np.float64) * (width, height)
+    texels = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+    spacing: Floats = np.sqrt(np.divide(area, texels, out=np.zeros_like(area), where=texels > 0.0)).astype(np.float32)
+    return spacing
