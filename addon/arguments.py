@@ -37,13 +37,19 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     who = "what blocks light: the scene, self (each object its own alone), or objects and collections (scene)"
     add("--occluders", nargs="+", default=["scene"], metavar="scene|self|NAME", help=who)
     add("--ground", action="store_true", help="and a level ground below what is baked")
+    _add_sources(made)
     add("--ro-exponent", type=float, nargs="+", default=[10.0], metavar="E", help="Phong exponents of RO (10)")
     add("--ro-direction", choices=("normal", "camera"), default="normal", help="what R is taken from (normal)")
     horizon = "the formula as it stands, or divided by its value in the open (keep)"
     add("--ro-horizon", choices=("keep", "divide"), default="keep", help=horizon)
     samplers = ("importance", "uniform_hemisphere", "uniform_sphere")
     add("--sampler", choices=samplers, default="importance", help="naive ones are for comparison (importance)")
-    add("--uv", metavar="NAME|charts", help="the UV map; charts: make one (the active map, charts where there is none)")
+    uv = "the UV map; charts, smart: make one, by xatlas or Smart UV Project (the active, charts where there is none)"
+    add("--uv", metavar="NAME|charts|smart", help=uv)
+    atlas = "one image of this name for all objects (one each)"
+    add("--atlas", nargs="?", const="Atlas", metavar="NAME", help=atlas)
+    udim = "an image for each tile of a UDIM layout; --no-udim: of the first alone"
+    add("--udim", action=argparse.BooleanOptionalAction, default=True, help=udim)
     add("--coverage", type=Path, metavar="FILE", help="write the texels' coverage, too")
     add(
         "--output",
@@ -62,6 +68,27 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     add("--compare-cycles", **compare, help=f"bake AO with Cycles, too, and compare ({COMPARED_SAMPLES})")  # type: ignore[arg-type]
     add("--report", type=Path, metavar="FILE.json", help="write what was done, how fast and how well")
     return made
+
+
+def _add_sources(made: argparse.ArgumentParser) -> None:
+    """What objects are baked from, where it is not their own surface."""
+    one = made.add_mutually_exclusive_group()
+    one.add_argument("--highs", nargs="+", metavar="NAME", help="meshes to bake the one object of --objects from")
+    one.add_argument("--pairs", action="store_true", help="bake each …_low from its …_high meshes, in its …_cage")
+    made.add_argument("--cage", metavar="NAME", help="the object of --objects blown up, to look for --highs from")
+    extrusion = "how far above and below the surface high meshes are looked for (a fiftieth of its diagonal)"
+    made.add_argument("--extrusion", type=float, metavar="D", help=extrusion)
+
+
+def _check_sources(options: Any) -> None:
+    if options.highs and len(options.objects or ()) != 1:
+        raise InputError("--highs: give the one object that is baked from them in --objects")
+    if options.cage and not options.highs:
+        raise InputError("--cage: is of an object that is baked from others; give those in --highs")
+    if options.extrusion is not None and not options.extrusion > 0.0:
+        raise InputError(f"--extrusion {options.extrusion:g}: give a length above 0")
+    if options.compare_cycles is not None and options.atlas:
+        raise InputError("--compare-cycles: objects are compared one by one; leave out --atlas")
 
 
 def _add_effort(made: argparse.ArgumentParser) -> None:
@@ -83,6 +110,7 @@ def settings_of(options: Any) -> Settings:
         raise InputError(f"--compare-cycles {options.compare_cycles}: give 1 sample or more")
     if options.compare_cycles is not None and "ao" not in options.maps:
         raise InputError("--compare-cycles compares AO; add ao to --maps")
+    _check_sources(options)
     check_format(options.format, options.depth)
     width, height = options.size
     return Settings(

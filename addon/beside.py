@@ -14,14 +14,14 @@ from typing import Any
 
 import bpy
 
-from ..core.bake import Baked, Settings
+from ..core.bake import Settings
 from ..core.errors import InputError
 from ..core.estimators import AO
 from ..core.progress import Progress
 from ..core.report import object_entry
-from ..core.scene import Instance
+from .charting import layer_of
 from .comparison import compare_with_cycles
-from .job import Options, Outcome, bake_steps
+from .job import Options, Outcome, Result, bake_steps
 from .occluding import words_of
 from .runner import Steps
 
@@ -32,14 +32,15 @@ def compare_here(
     context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
 ) -> Steps:
     """In this process; Cycles' part holds the main thread. `finish` gets the report's entry."""
-    alone = replace(options, settings=ao_alone(options.settings))
+    alone = to_compare(options)
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
 
-        def deliver(target: Instance, baked: Baked) -> None:
-            entry = object_entry(baked, {})
+        def deliver(result: Result) -> None:
+            entry = object_entry(result.baked, {})
             picture = Path(folder, "compared.png")
             cycles = compare_with_cycles(
-                *(context, target, baked, alone.settings, samples, options.uv, picture, options.occluding)
+                *(context, result.target, result.baked, alone.settings, samples, layer_of(options.uv), picture),
+                options.occluding,
             )
             finish(context, {**entry, "cycles": cycles})
 
@@ -50,6 +51,7 @@ def compare_in_child(
     context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
 ) -> Steps:
     """A copy of the file goes to a Blender without a window, which runs the command; this one only waits."""
+    options = to_compare(options)
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
         copy, report = Path(folder, "scene.blend"), Path(folder, "report.json")
         progress.enter(f"{options.objects[0]}: comparing")
@@ -64,6 +66,15 @@ def compare_in_child(
 def ao_alone(settings: Settings) -> Settings:
     """What is compared of a bake: its AO, without margins."""
     return replace(settings, estimators=(AO,), margin=0, divide_horizon=False)
+
+
+def to_compare(options: Options) -> Options:
+    """The first object alone in an image. Raises InputError for one that is baked from others."""
+    first = options.objects[0]
+    if first in options.highs:
+        raise InputError(f"{first}: a comparison is of an object's own surface; set High to Low > From to Own Surface")
+    settings = ao_alone(options.settings)
+    return replace(options, objects=(first,), settings=settings, atlas="", tiled=False, colours=False)
 
 
 def child_arguments(options: Options, samples: int, folder: Path, report: Path) -> list[str]:

@@ -1,4 +1,4 @@
-"""The chart map of a mesh as it was, to put it back after work that came to nothing."""
+"""The chart maps of a mesh as they were, to put them back after work that came to nothing."""
 
 from __future__ import annotations
 
@@ -10,15 +10,18 @@ import bpy
 import numpy as np
 
 from ..core.scene import Floats
-from .job import CHART_MAP, FINGERPRINT
+from .charting import MARKS
 
 
 @dataclass(frozen=True, eq=False)
 class _ChartMap:
-    """uv: (loops, 2) float32, None where there was no such map. mark: the fingerprint of what it was made for."""
+    """uv: (loops, 2) float32, None where there was no such map. mark: of what it was made for."""
 
     uv: Floats | None
     mark: str | None
+
+
+_ChartMaps = dict[str, _ChartMap]  # by the UV map's name
 
 
 @contextmanager
@@ -35,28 +38,32 @@ def charts_on_trial(view_layer: bpy.types.ViewLayer, names: tuple[str, ...], kep
         used = {objects[name].data for name in kept if objects.get(name)}
         for name, obj in objects.items():
             if obj is not None and obj.data not in used:
-                _restore(obj.data, before[name])
+                for layer, chart_map in before[name].items():
+                    _restore(obj.data, layer, chart_map)
 
 
-def _read(mesh: bpy.types.Mesh) -> _ChartMap:
-    layer = mesh.uv_layers.get(CHART_MAP)
-    if layer is None:
-        return _ChartMap(None, mesh.get(FINGERPRINT))
-    uv = np.empty((len(layer.uv), 2), dtype=np.float32)
-    layer.uv.foreach_get("vector", uv.reshape(-1))
-    return _ChartMap(uv, mesh.get(FINGERPRINT))
+def _read(mesh: bpy.types.Mesh) -> _ChartMaps:
+    found = {}
+    for name, mark in MARKS.items():
+        layer, uv = mesh.uv_layers.get(name), None
+        if layer is not None:
+            uv = np.empty((len(layer.uv), 2), dtype=np.float32)
+            layer.uv.foreach_get("vector", uv.reshape(-1))
+        found[name] = _ChartMap(uv, mesh.get(mark))
+    return found
 
 
-def _restore(mesh: bpy.types.Mesh, before: _ChartMap) -> None:
-    if mesh.get(FINGERPRINT) == before.mark:
+def _restore(mesh: bpy.types.Mesh, name: str, before: _ChartMap) -> None:
+    mark = MARKS[name]
+    if mesh.get(mark) == before.mark:
         return  # no charts were made
     if before.mark is None:
-        del mesh[FINGERPRINT]
+        del mesh[mark]
     else:
-        mesh[FINGERPRINT] = before.mark
-    layer = mesh.uv_layers.get(CHART_MAP)
+        mesh[mark] = before.mark
+    layer = mesh.uv_layers.get(name)
     if layer is not None and before.uv is None:
         mesh.uv_layers.remove(layer)
-    elif layer is not None and len(layer.uv) == len(before.uv):
+    elif layer is not None and before.uv is not None and len(layer.uv) == len(before.uv):
         layer.uv.foreach_set("vector", before.uv.reshape(-1))
     mesh.update()

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from types import SimpleNamespace
 from typing import Any
 
 import bpy
 
 from ..core.errors import InputError
+from .charting import CHARTS, SMART
 from .extract import synced
 from .images import MARK
-from .job import CHARTS, Options
+from .job import Options
 from .occluding import Occluding, named, words_of
-from .outputs import COLOURS, Output
+from .outputs import CHANNEL, COLOURS, Output
+from .pairs import HighNames, Pairing, paired_by_name, paired_with
 from .settings import core_settings, plain_settings
 
 KEPT = "occlusion_bake_settings"  # on an image of ours: the order that it was baked by, as JSON
@@ -34,8 +36,17 @@ class Order:
 
     def kept(self) -> str:
         """As it is kept on an image."""
-        occluding = self.options.occluding
-        return json.dumps({"panel": self.panel, "occluders": words_of(occluding), "image": self.output.image})
+        occluding, highs = self.options.occluding, self.options.highs
+        return json.dumps(
+            {
+                "objects": self.options.objects,
+                "panel": self.panel,
+                "occluders": words_of(occluding),
+                "less": sorted(occluding.less),
+                "highs": {name: asdict(each) for name, each in highs.items()},
+                "image": self.output.image,
+            }
+        )
 
 
 def chosen_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
@@ -65,9 +76,24 @@ def order_of(context: bpy.types.Context) -> Order:
         raise InputError("Occluders: no collection is chosen; choose one, or Scene")
     found = chosen_occluders(context)
     occluders = None if found is None else frozenset(obj.name for obj in found)
-    occluding = Occluding(occluders, chosen.occluders == "SELF", chosen.use_ground)
+    pairing = _pairing(context, names)
+    occluding = Occluding(occluders, chosen.occluders == "SELF", chosen.use_ground, pairing.less)
     image = chosen.image.name if chosen.image is not None else ""
-    return _order(names, plain_settings(chosen), occluding, image)
+    return _order(pairing, plain_settings(chosen), occluding, image)
+
+
+def _pairing(context: bpy.types.Context, names: tuple[str, ...]) -> Pairing:
+    """Who is baked of the chosen meshes, and from what. Raises InputError."""
+    chosen, active = context.scene.occlusion_bake, context.view_layer.objects.active
+    extrusion = chosen.extrusion or None
+    if chosen.source == "NAMES":
+        return paired_by_name(synced(context.view_layer), names, extrusion)
+    if chosen.source == "SELF":
+        return Pairing(names)
+    if active is None or active.type != "MESH":
+        raise InputError("Selected to Active: the active object is no mesh; select the one to bake last")
+    cage = chosen.cage.name if chosen.cage is not None else ""
+    return paired_with(active.name, names, cage, extrusion)
 
 
 def keep_order(order: Order, images: Mapping[str, bpy.types.Image]) -> None:
@@ -89,18 +115,33 @@ def order_again(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) -> Orde
         panel, words = dict(kept["panel"]), list(kept["occluders"])
     except (KeyError, ValueError, TypeError):
         raise InputError(f"{image.name}: it does not tell how it was baked; bake its object anew") from None
-    if owner not in synced(view_layer):
-        raise InputError(f"{image.name}: its object {owner} is not in this view layer; bake another")
     try:
-        return _order((owner,), panel, named(words, ground=panel["use_ground"]), kept.get("image", ""))
-    except (AttributeError, KeyError):  # kept by another version
+        names = tuple(kept["objects"]) if panel["layout"] == "ATLAS" else (owner,)
+        highs = {name: HighNames(**{**each, "names": tuple(each["names"])}) for name, each in kept["highs"].items()}
+        pairing = Pairing(names, {name: highs[name] for name in names if name in highs}, frozenset(kept["less"]))
+        occluding = replace(named(words, ground=panel["use_ground"]), less=pairing.less)
+        order = _order(pairing, panel, occluding, kept["image"])
+    except (AttributeError, KeyError, TypeError):  # kept by another version
         raise InputError(f"{image.name}: it was baked by another version; bake its object anew") from None
+    if missing := [name for name in names if name not in synced(view_layer)]:
+        raise InputError(f"{image.name}: its object {missing[0]} is not in this view layer; bake another")
+    return order
 
 
-def _order(names: tuple[str, ...], panel: dict[str, Any], occluding: Occluding, image: str) -> Order:
+def _order(pairing: Pairing, panel: dict[str, Any], occluding: Occluding, image: str) -> Order:
     chosen: Any = SimpleNamespace(**panel)
-    uv = CHARTS if chosen.uv == "CHARTS" else None
-    options = Options(names, core_settings(chosen), uv, occluding, chosen.output == COLOURS)
+    colours = chosen.output == COLOURS
+    atlas = chosen.atlas.strip() or "Atlas"
+    options = Options(
+        pairing.targets,
+        core_settings(chosen),
+        {"CHARTS": CHARTS, "SMART": SMART}.get(chosen.uv),
+        occluding,
+        colours,
+        pairing.highs,
+        atlas if chosen.layout == "ATLAS" and not colours else "",
+        chosen.use_udim and chosen.output != CHANNEL,
+    )
     depth, kind = int(chosen.depth), chosen.format.lower()
     output = Output(chosen.output, chosen.path, kind, depth, chosen.use_dither, image, chosen.channel)
     return Order(options, output, chosen.use_material, chosen.use_gltf, panel)

@@ -10,6 +10,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TextIO
@@ -29,12 +30,15 @@ from ..core.report import (
     write_report,
 )
 from ..core.scene import Instance
+from ..core.tiles import FIRST
 from .arguments import parser, settings_of
+from .charting import layer_of
 from .comparison import compare_with_cycles
 from .files import Folder, check_file, check_image, whole_path, write_coverage
-from .job import Options, Outcome, bake_steps, meshes_in_render
+from .job import Options, Outcome, Result, bake_steps, meshes_in_render
 from .load import load
 from .occluding import named
+from .pairs import Pairing, paired_by_name, paired_with
 from .runner import run
 
 NAME = "occlusion_bake"
@@ -90,11 +94,11 @@ def _bake(options: Any) -> None:
     settings = settings_of(options)
     _place_files(options)
     folder = Folder(options.output, options.format, options.depth, options.dither)
-    names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
+    chosen = _chosen(context, options, settings)
+    names = chosen.objects
     progress = Progress(len(names))
     outcome = Outcome()
-    writer = _Writer(context, options, settings, folder, several=len(names) > 1)
-    chosen = Options(names, settings, options.uv, writer.occluding)
+    writer = _Writer(context, options, chosen, folder)
     steps = bake_steps(context, chosen, progress, outcome, writer.deliver)
     try:
         run(steps, progress, _Line().show)
@@ -109,6 +113,26 @@ def _bake(options: Any) -> None:
         raise InputError(outcome.complaint(len(names)))
     if writer.uncompared:
         raise InputError(f"{len(writer.uncompared)} of {len(names)} objects not compared; {writer.uncompared[0]}")
+
+
+def _chosen(context: Any, options: Any, settings: Settings) -> Options:
+    """What to bake, from what, and who occludes."""
+    names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
+    pairing = Pairing(names)
+    if options.pairs:
+        pairing = paired_by_name(context.view_layer.objects, names, options.extrusion)
+    elif options.highs:
+        pairing = paired_with(names[0], options.highs, options.cage or "", options.extrusion)
+    occluding = replace(named(options.occluders, ground=options.ground), less=pairing.less)
+    return Options(
+        pairing.targets,
+        settings,
+        options.uv,
+        occluding,
+        highs=pairing.highs,
+        atlas=options.atlas or "",
+        tiled=options.udim,
+    )
 
 
 def _place_files(options: Any) -> None:
@@ -142,28 +166,37 @@ def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -
 class _Writer:
     """Takes each baked object: writes its files, compares, keeps its entry for the report, prints its line."""
 
-    def __init__(self, context: Any, options: Any, settings: Any, folder: Folder, *, several: bool) -> None:
+    def __init__(self, context: Any, options: Any, chosen: Options, folder: Folder) -> None:
         self.entries: list[Json] = []
         self.cycles_seconds = 0.0
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
-        self.occluding = named(options.occluders, ground=options.ground)
-        self._context, self._options, self._settings = context, options, settings
-        self._folder, self._several = folder, several
+        self._context, self._options, self._chosen, self._settings = context, options, chosen, chosen.settings
+        self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.atlas
 
-    def deliver(self, target: Instance, baked: Baked) -> None:
+    def deliver(self, result: Result) -> None:
+        stem = self._folder.stem(result.name)
+        entries = [self._write(baked, stem) for baked in result.bakes]
+        if len(result.targets) > 1:
+            entries[0]["objects"] = [target.name for target in result.targets]
+        self.entries += entries
+        if result.name in self._chosen.highs and self._options.compare_cycles:
+            self.uncompared.append(
+                f"{result.name}: Cycles is compared with on an object's own surface; leave out its highs"
+            )
+        elif self._options.compare_cycles and result.baked.tile in (None, FIRST):
+            self._compare(result.target, result.baked, stem, entries[0])
+
+    def _write(self, baked: Baked, stem: str) -> Json:
         start = time.perf_counter()
-        stem = self._folder.stem(baked.name)
         files = self._folder.write(baked, self._settings, stem)
         if self._options.coverage:
             files["coverage"] = write_coverage(self._options.coverage, baked, stem, several=self._several)
         baked.seconds["write"] = time.perf_counter() - start
         entry = object_entry(baked, files)
-        self.entries.append(entry)
         for line in baked.warnings:
             _say(f"{NAME}: {line}")
         _say(_summary(entry))
-        if self._options.compare_cycles:
-            self._compare(target, baked, stem, entry)
+        return entry
 
     def _compare(self, target: Instance, baked: Baked, stem: str, entry: Json) -> None:
         start = time.perf_counter()
@@ -171,7 +204,8 @@ class _Writer:
         _say(f"{baked.name}: baking with Cycles, {samples} samples …")
         try:
             cycles = compare_with_cycles(
-                *(self._context, target, baked, self._settings, samples, self._options.uv, picture, self.occluding)
+                *(self._context, target, baked, self._settings, samples, layer_of(self._options.uv), picture),
+                self._chosen.occluding,
             )
         except InputError as refusal:  # the others go on
             self.uncompared.append(str(refusal))
@@ -199,7 +233,7 @@ def _summary(entry: Json) -> str:
 
 def _save_charts(outcome: Outcome, folder: Folder, options: Any) -> None:
     """Textures on charts are of no use without them: a copy of the scene with its new UV maps goes beside them."""
-    if set(outcome.charted).isdisjoint(outcome.finished):
+    if set(outcome.charting.made).isdisjoint(outcome.finished):
         return
     source = Path(getattr(options, "file", None) or bpy.data.filepath or "scene")
     path = folder.path / f"{folder.stem(source.stem + '_charts')}.blend"

@@ -17,7 +17,6 @@ from ..core.report import Json, comparison_entry
 from ..core.scene import Instance
 from ..core.texels import owners_by_centre, rasterize
 from .cycles import bake_ao
-from .job import CHART_MAP, CHARTS
 from .occluding import EVERYTHING, Occluding
 from .reasons import reasons_to_differ
 
@@ -32,18 +31,18 @@ def compare_with_cycles(
     path: Path,
     occluding: Occluding = EVERYTHING,
 ) -> Json:
-    """Bake the target's AO with Cycles, write the picture (ours, Cycles', difference), return the report's entry.
+    """Bake the target's AO with Cycles onto a UV map (None: the active one), write the picture (ours, Cycles',
+    difference), return the report's entry.
 
     Texels count that both cover. Those that Cycles gives to another triangle (its rule is the texel's centre, ours the
     largest coverage) are counted apart and named. Raises InputError where Cycles refuses or covers no texel of
     ours.
     """
     size, threads = (settings.width, settings.height), settings.threads or os.cpu_count() or 1
-    layer = CHART_MAP if uv == CHARTS else uv
     names = [obj.name for obj in context.view_layer.objects]
     counting = {name for name in names if name == target.name or occluding.counts(name)}
     cycles = bake_ao(
-        *(context, target.name, size, samples, settings.distance, threads, settings.seed, layer),
+        *(context, target.name, size, samples, settings.distance, threads, settings.seed, uv),
         hidden=[name for name in names if name not in counting],
         ground=ground_below([target]) if occluding.ground else None,
     )

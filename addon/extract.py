@@ -8,9 +8,10 @@ Result alone and calls no render handlers.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import bpy
@@ -19,8 +20,9 @@ from numpy.typing import NDArray
 
 from ..core.errors import InputError
 from ..core.ground import ground_below
-from ..core.scene import Camera, Doubles, Floats, Instance, Ints, Mesh, Scene
+from ..core.scene import Camera, Doubles, Floats, Highs, Instance, Ints, Mesh, Scene
 from .occluding import EVERYTHING, Occluding
+from .pairs import HighNames
 
 Warn = Callable[[str], None]
 
@@ -32,19 +34,46 @@ def extract(
     uv: str | None = None,
     *,
     occluding: Occluding = EVERYTHING,
+    highs: Mapping[str, HighNames] = MappingProxyType({}),
     warn: Warn | None = None,
 ) -> Scene:
     """Copy the targets, all that occludes as in Cycles, and the camera, with modifiers at render level.
 
     targets: names of mesh objects in the view layer. uv: the UV map to bake onto, by default the active one; a target
-    mesh without any has uv None. occluding: who occludes of what renders. warn: called with a line for each object that
-    Cycles would trace and this cannot. Raises InputError, a line naming the object, for a target that is missing, no
-    mesh, hidden from render, or without the UV map asked for.
+    mesh without any has uv None. occluding: who occludes of what renders. highs: what targets are baked from, by the
+    targets' names. warn: called with a line for each object that Cycles would trace and this cannot. Raises InputError,
+    a line naming the object, for a target, or a mesh to bake it from, that is missing, no mesh, hidden from render, or
+    without the UV map asked for.
     """
-    objects = [_target_object(view_layer, name) for name in dict.fromkeys(targets)]
+    wanted = _Wanted(view_layer, targets, uv, highs)
     found: list[Scene] = []
-    evaluated(context, view_layer, lambda depsgraph: found.append(_read_scene(depsgraph, objects, uv, occluding, warn)))
+    evaluated(context, view_layer, lambda depsgraph: found.append(_read_scene(depsgraph, wanted, occluding, warn)))
     return found[0]
+
+
+class _Wanted:
+    """The objects to read as surfaces: targets, what they are baked from, their cages. Raises InputError."""
+
+    def __init__(
+        self, view_layer: bpy.types.ViewLayer, targets: Sequence[str], uv: str | None, highs: Mapping[str, HighNames]
+    ) -> None:
+        self.uv = uv
+        self.targets = [_target_object(view_layer, name) for name in dict.fromkeys(targets)]
+        self.given = {name: highs[name] for name in targets if name in highs}
+        self.highs = {
+            name: [_target_object(view_layer, high) for high in each.names] for name, each in self.given.items()
+        }
+        self.cages = {name: _target_object(view_layer, each.cage) for name, each in self.given.items() if each.cage}
+
+    @property
+    def surfaces(self) -> list[bpy.types.Object]:
+        """Targets and high meshes: all must be in the render."""
+        return [*self.targets, *(high for each in self.highs.values() for high in each)]
+
+    @property
+    def addresses(self) -> set[int]:
+        """Of all."""
+        return {obj.as_pointer() for obj in (*self.surfaces, *self.cages.values())}
 
 
 def _target_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object:
@@ -245,29 +274,47 @@ class _Found:
     unread: dict[str, str] = field(default_factory=dict)  # object name: what of it is not traced
 
 
-def _read_scene(
-    depsgraph: bpy.types.Depsgraph,
-    targets: Sequence[bpy.types.Object],
-    uv: str | None,
-    occluding: Occluding,
-    warn: Warn | None,
-) -> Scene:
-    found = _walk(depsgraph, {obj.as_pointer() for obj in targets}, occluding)
+def _read_scene(depsgraph: bpy.types.Depsgraph, wanted: _Wanted, occluding: Occluding, warn: Warn | None) -> Scene:
+    found = _walk(depsgraph, wanted.addresses, occluding)
     for name, what in found.unread.items() if warn else ():
         warn(f"{name}: its {what} not traced and block no light here; convert them to a mesh")  # type: ignore[misc]
-    for obj in targets:
+    for obj in wanted.surfaces:
         if obj.as_pointer() not in found.targets:
             raise InputError(_absence(obj))
+    baked = {found.targets[obj.as_pointer()][1] for obj in wanted.targets}
     chosen = {key: name for name, key, _, _ in found.targets.values()}
     meshes = {
-        key: _read_surface(mesh, chosen[key], uv) if key in chosen else _read_shape(mesh)
+        key: _read_surface(mesh, chosen[key], wanted.uv if key in baked else None)
+        if key in chosen
+        else _read_shape(mesh)
         for key, mesh in found.meshes.items()
     }
-    instances = [_instance(found.targets[obj.as_pointer()], meshes) for obj in targets]
+
+    def instance_of(obj: bpy.types.Object) -> Instance:
+        return _instance(found.targets[obj.as_pointer()], meshes)
+
+    targets = [instance_of(obj) for obj in wanted.targets]
+    highs = {
+        name: Highs(
+            [instance_of(obj) for obj in each], _cage(wanted, name, found, meshes), wanted.given[name].extrusion
+        )
+        for name, each in wanted.highs.items()
+    }
     occluders = [_instance(entry, meshes) for entry in found.occluders if len(meshes[entry[1]].triangles)]
     if occluding.ground:
-        occluders.append(ground_below(instances))
-    return Scene(instances, occluders, _camera(depsgraph), shared=not occluding.alone)
+        standing = [each for name in highs for each in highs[name].meshes] + targets
+        occluders.append(ground_below(standing))
+    return Scene(targets, occluders, _camera(depsgraph), shared=not occluding.alone, highs=highs)
+
+
+def _cage(wanted: _Wanted, target: str, found: _Found, meshes: dict[int, Mesh]) -> Instance | None:
+    """A cage as it renders; one that does not, as cages often do not, as its mesh is before modifiers."""
+    obj = wanted.cages.get(target)
+    if obj is None:
+        return None
+    if obj.as_pointer() in found.targets:
+        return _instance(found.targets[obj.as_pointer()], meshes)
+    return Instance(obj.name, _read_shape(obj.data), matrix_of(obj.matrix_world))
 
 
 def _absence(obj: bpy.types.Object) -> str:
@@ -291,12 +338,12 @@ def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int], occluding: Occludin
         obj, data = instance.object, instance.object.data
         owner = instance.parent if instance.is_instance else obj
         address = owner.original.as_pointer()
-        casts = _casts_shadow(instance) and (address in targets or occluding.counts(owner.name))
+        casts = _casts_shadow(instance) and occluding.counts(owner.name, own=address in targets)
         if casts and (what := _not_traced(instance)):
             found.unread[obj.name] = what
         if not instance.show_self or not isinstance(data, bpy.types.Mesh):
             continue
-        key, matrix = data.as_pointer(), _matrix(instance.matrix_world)
+        key, matrix = data.as_pointer(), matrix_of(instance.matrix_world)
         found.meshes.setdefault(key, data)
         name = f"{instance.parent.name}/{obj.name}" if instance.is_instance else obj.name
         if casts:
@@ -323,7 +370,8 @@ def _not_traced(instance: bpy.types.DepsgraphObjectInstance) -> str:
     return ""
 
 
-def _matrix(matrix: Any) -> Doubles:
+def matrix_of(matrix: Any) -> Doubles:
+    """(4, 4) float64 of a matrix of Blender's."""
     return np.array((*matrix[0], *matrix[1], *matrix[2], *matrix[3]), dtype=np.float64).reshape(4, 4)
 
 
@@ -331,7 +379,7 @@ def _camera(depsgraph: bpy.types.Depsgraph) -> Camera | None:
     camera = depsgraph.scene_eval.camera
     if camera is None:
         return None
-    matrix = _matrix(camera.evaluated_get(depsgraph).matrix_world)
+    matrix = matrix_of(camera.evaluated_get(depsgraph).matrix_world)
     backward = matrix[:3, 2]
     x, y, z = -backward / (np.linalg.norm(backward) or 1.0)
     orthographic = camera.type == "CAMERA" and camera.data.type == "ORTHO"
@@ -343,11 +391,11 @@ def _camera(depsgraph: bpy.types.Depsgraph) -> Camera | None:
 
 def _read_shape(mesh: bpy.types.Mesh) -> Mesh:
     """Vertices and triangles alone: all that an occluder needs."""
-    return Mesh(mesh.name, _positions(mesh), _vertices_of(mesh, _corners(mesh)))
+    return Mesh(mesh.name, _positions(mesh), _vertices_of(mesh, corners_of(mesh)))
 
 
 def _read_surface(mesh: bpy.types.Mesh, owner: str, uv: str | None) -> Mesh:
-    corners = _corners(mesh)
+    corners = corners_of(mesh)
     vertices, triangles = _positions(mesh), _vertices_of(mesh, corners)
     layer = _uv_layer(mesh, owner, uv)
     layout = None if layer is None else _values(layer.uv, "vector", len(mesh.loops), 2)[corners]
@@ -429,7 +477,7 @@ def _polygons(mesh: bpy.types.Mesh) -> Ints:
     return polygons
 
 
-def _corners(mesh: bpy.types.Mesh) -> Ints:
+def corners_of(mesh: bpy.types.Mesh) -> Ints:
     """(T, 3) corner indices of the triangles.
 
     Blender holds them as one array of three int32 a triangle, which can be copied whole: its own call takes 0.16 μs a
@@ -469,7 +517,7 @@ def base_triangles(context: bpy.types.Context, obj: bpy.types.Object) -> BaseTri
     """Triangles of the object's original mesh data, edits in progress among them."""
     mesh = obj.data
     with object_mode(context):
-        loops = _corners(mesh)
+        loops = corners_of(mesh)
         return BaseTriangles(_positions(mesh), _vertices_of(mesh, loops), loops, _polygons(mesh))
 
 

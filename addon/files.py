@@ -48,7 +48,7 @@ class Folder:
         """Write every map of an object; returns the paths by map. Raises InputError, the old file untouched."""
         files = {}
         for name in baked.maps:
-            files[name] = self.path / f"{stem}_{name}{suffix(self.format)}"
+            files[name] = self.path / f"{stem}_{name}{tile_suffix(baked.tile)}{suffix(self.format)}"
             write_map(files[name], baked, name, settings, depth=self.depth, dither=self.dither)
         return files
 
@@ -57,6 +57,11 @@ def write_map(path: Path, baked: Baked, name: str, settings: Settings, *, depth:
     """Write one map of an object, with what it says of itself. Raises InputError, the old file untouched."""
     each, metadata = baked.maps[name], image_metadata(baked, name, settings)
     write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
+
+
+def tile_suffix(tile: int | None) -> str:
+    """What the name of a tile's file has before its ending, where Blender and other programs look for it."""
+    return "" if tile is None else f".{tile}"
 
 
 def clean_name(name: str) -> str:
@@ -104,7 +109,8 @@ def write_coverage(path: Path, baked: Baked, stem: str, *, several: bool) -> Pat
 
     path: absolute. Returns where it is. Raises InputError, the old file untouched.
     """
-    target = path.with_name(f"{path.stem}_{stem}{path.suffix}") if several else path
+    name = f"{path.stem}_{stem}" if several else path.stem
+    target = path.with_name(f"{name}{tile_suffix(baked.tile)}{path.suffix}")
     coverage = np.maximum.reduce([each.coverage for each in baked.maps.values()])
     write_image(target, coverage, depth=16, metadata={"object": baked.name, "map": "coverage"})
     return target

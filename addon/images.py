@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ..core.bake import Baked, BakedMap
+from ..core.bake import Baked, BakedMap, Settings
 from ..core.images import dithered
 from ..core.scene import Floats
+from .files import write_map
 
 MARK = "occlusion_bake"  # on an image of ours: "object/map"
 
@@ -31,19 +34,47 @@ def _store(owner: str, name: str, baked: BakedMap) -> bpy.types.Image:
     return image
 
 
-def store_file(owner: str, name: str, path: Path) -> bpy.types.Image:
-    """The image of a file that was written, in the place of that of an earlier bake of the same map."""
-    old = _earlier(owner, name)
-    if old is not None and old.source == "FILE" and old.packed_file is None:
+def store_tiles(bakes: Sequence[Baked], settings: Settings) -> dict[str, bpy.types.Image]:
+    """Put every map of a UDIM layout into a tiled image, as `store` does. Blender writes the pixels of the first tile
+    alone, so all go through files."""
+    owner, images = bakes[0].name, {}
+    with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
+        for name in bakes[0].maps:
+            paths = [Path(folder, f"{name}.{baked.tile}.exr") for baked in bakes]
+            for baked, path in zip(bakes, paths, strict=True):
+                write_map(path, baked, name, settings, depth=32, dither=False)
+            images[name] = _loaded(owner, name, paths[0], bakes[0].tile)
+            images[name].pack()
+    return images
+
+
+def store_file(owner: str, name: str, path: Path, tile: int | None = None) -> bpy.types.Image:
+    """The image of a file that was written, in the place of that of an earlier bake of the same map. tile: the file is
+    that of one of a UDIM layout, and the others lie beside it."""
+    old, source = _earlier(owner, name), "FILE" if tile is None else "TILED"
+    if old is not None and old.source == source == "FILE" and old.packed_file is None:
         old.filepath = str(path)
         old.reload()
-        image = old
-    else:
-        image = bpy.data.images.load(str(path))
-        _take_place(image, old, f"{owner} {title(name)}")
-        image[MARK] = f"{owner}/{name}"
+        old.colorspace_settings.name = "Non-Color"
+        return old
+    return _loaded(owner, name, path, tile)
+
+
+def _loaded(owner: str, name: str, path: Path, tile: int | None) -> bpy.types.Image:
+    """A new image of a file, or of tiles' files, in the place of an earlier bake's."""
+    image = bpy.data.images.load(str(path))
+    _take_place(image, _earlier(owner, name), f"{owner} {title(name)}")
+    _sign(image, owner, name)
+    if tile is not None:
+        image.source = "TILED"  # Blender looks for the other tiles' files
     image.colorspace_settings.name = "Non-Color"
     return image
+
+
+def _sign(image: bpy.types.Image, owner: str, name: str) -> None:
+    """Mark an image as ours; the file keeps it, though nothing uses it yet."""
+    image[MARK] = f"{owner}/{name}"
+    image.use_fake_user = True
 
 
 def store_channel(image: bpy.types.Image, channel: str, baked: BakedMap, dither: bool) -> bpy.types.Image:
@@ -77,11 +108,12 @@ def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) 
 
 def _image(owner: str, name: str, width: int, height: int) -> bpy.types.Image:
     old = image = _earlier(owner, name)
-    if image is None or (image.packed_file is None and image.source == "FILE"):  # never write into a file's image
+    # Never write into a file's image, nor into tiles, of which Blender writes the first alone.
+    if image is None or image.source == "TILED" or (image.packed_file is None and image.source == "FILE"):
         image = bpy.data.images.new(
             f"{owner} {title(name)}", width, height, alpha=False, float_buffer=True, is_data=True
         )
-        image[MARK] = f"{owner}/{name}"
+        _sign(image, owner, name)
         _take_place(image, old, image.name)
     elif tuple(image.size) != (width, height):
         image.scale(width, height)

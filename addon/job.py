@@ -2,45 +2,69 @@
 
 from __future__ import annotations
 
-import hashlib
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
 import bpy
 
-from ..core.apart import unwrap_apart
+from ..core.atlas import in_one
 from ..core.bake import Baked, Baker, Settings
-from ..core.charts import Charts
 from ..core.corners import with_corner_cells
 from ..core.errors import InputError
 from ..core.progress import Progress
 from ..core.scene import Instance, Scene
+from ..core.tiles import tiles_of
+from .charting import Charting, chart_steps
+from .clock import timed
 from .colours import check_colours
-from .extract import BaseTriangles, Warn, base_triangles, extract, synced, write_uv
+from .extract import Warn, extract, synced
 from .occluding import EVERYTHING, Occluding
+from .pairs import HighNames
 from .runner import Steps
 
-CHARTS = "charts"  # as the UV map of the options: make one
-CHART_MAP = "Occlusion Bake"  # and what it is called
-FINGERPRINT = "occlusion_bake_charts"
-_PADDING = 4
+WAITING, BAKING, DONE, REFUSED = "waiting", "baking", "done", "refused"
 
 
 @dataclass(frozen=True)
 class Options:
-    """What to bake. objects: names. uv: a UV map's name, CHARTS, or None for the active one, charts where none is.
-    occluding: who blocks light. colours: the corners of the faces are baked, no texels; the settings' size, margin and
-    filter do not matter then, nor do UVs."""
+    """What to bake. objects: names. uv: a UV map's name, CHARTS or SMART, or None for the active one, charts where none
+    is. occluding: who blocks light. colours: the corners of the faces are baked, no texels; the settings' size, margin
+    and filter do not matter then, nor do UVs. highs: what objects are baked from, where it is not their own surface.
+    atlas: the name of one image for all objects; empty: each has its own. tiled: a UDIM layout has an image a tile.
+    smart: let Blender unwrap what xatlas would, where there is no xatlas."""
 
     objects: tuple[str, ...]
     settings: Settings
     uv: str | None = None
     occluding: Occluding = EVERYTHING
     colours: bool = False
+    highs: Mapping[str, HighNames] = field(default_factory=dict)
+    atlas: str = ""
+    tiled: bool = True
+    smart: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """One finished texture. name: its object's, or the atlas'. targets: the objects in it. bakes: one, or one a tile of
+    a UDIM layout."""
+
+    name: str
+    targets: tuple[Instance, ...]
+    bakes: tuple[Baked, ...]
+
+    @property
+    def target(self) -> Instance:
+        """The object; the first of an atlas."""
+        return self.targets[0]
+
+    @property
+    def baked(self) -> Baked:
+        """The bake; the first of a UDIM layout."""
+        return self.bakes[0]
 
 
 @dataclass
@@ -52,13 +76,25 @@ class Outcome:
     finished: list[str] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)  # a line for each object that could not be baked
     notes: list[str] = field(default_factory=list)  # lines on charts made, and on what Cycles would trace
-    charted: list[str] = field(default_factory=list)  # objects whose mesh was given a chart map
+    charting: Charting = field(default_factory=Charting)
     seconds: dict[str, float] = field(default_factory=dict)
+    states: dict[str, str] = field(default_factory=dict)  # by object, in the order that they are baked
 
     @property
     def occluders(self) -> list[str]:
         """Names of the objects that block light, the targets among them where they do."""
         return sorted({each.belongs_to for each in self.scene.occluders}) if self.scene is not None else []
+
+    def refuse(self, name: str, why: InputError) -> None:
+        """An object cannot be baked; objects that share a reason share its line."""
+        if str(why) not in self.refused:
+            self.refused.append(str(why))
+        self.states[name] = REFUSED
+
+    def finish(self, name: str) -> None:
+        """An object is baked and delivered."""
+        self.finished.append(name)
+        self.states[name] = DONE
 
     def complaint(self, objects: int) -> str:
         """The line to end with where some of so many objects were refused."""
@@ -68,7 +104,7 @@ class Outcome:
         return f"{missing} of {objects} objects could not be baked; {self.refused[0]}"
 
 
-Deliver = Callable[[Instance, Baked], None]
+Deliver = Callable[[Result], None]
 
 
 def bake_steps(
@@ -80,38 +116,100 @@ def bake_steps(
     InputError where all are refused and for what concerns them all.
     """
     start = time.perf_counter()
-    if options.colours:
-        names = list(options.objects)
-    else:
-        names = yield from chart_steps(context, options, progress, outcome)
+    outcome.states.update(dict.fromkeys(options.objects, WAITING))
+    names = list(options.objects)
+    if not options.colours:
+        names = yield from prepared_charts(context, options, progress, outcome)
     progress.enter("reading the scene")
-    with _timed(outcome, "extract"):
+    with timed(outcome.seconds, "extract"):
         scene = _read(context, names, options, outcome)
     outcome.scene = scene
     outcome.baker = Baker(scene, options.settings, progress)
+    tiles = {target.name: _tiles(target, options) for target in scene.targets}
+    progress.expect(sum(map(len, tiles.values())))
+    in_atlas: list[Result] = []
     for target in scene.targets:
+        outcome.states[target.name] = BAKING
         try:
-            baker, laid_out = outcome.baker, target
-            if options.colours:
-                baker, laid_out = _corner_baker(context, scene, target, options, progress)
-            baked = yield partial(baker.bake, laid_out)
-            _share_times(outcome, baked, alone=len(scene.targets) == 1)
-            deliver(laid_out, baked)
+            result = yield from _bake_one(context, target, tiles[target.name], options, progress, outcome)
+            if options.atlas:
+                in_atlas.append(result)
+                continue
+            deliver(result)
         except InputError as refusal:
-            outcome.refused.append(str(refusal))
+            outcome.refuse(target.name, refusal)
         else:
-            outcome.finished.append(target.name)
+            outcome.finish(target.name)
+    if in_atlas:
+        yield from _deliver_atlas(in_atlas, options, outcome, deliver)
     outcome.seconds["total"] = time.perf_counter() - start
     if not outcome.finished:
         raise InputError(outcome.complaint(len(options.objects)))
 
 
+def prepared_charts(
+    context: bpy.types.Context, options: Options, progress: Progress, outcome: Outcome
+) -> Generator[Callable[[], Any], Any, list[str]]:
+    """`chart_steps` for these options, what it has to say in the outcome. Returns the names of the objects to go on
+    with. Raises as that, and InputError where none is left."""
+    settings = options.settings
+    outcome.charting = Charting(options.uv, options.atlas, options.smart, (settings.width, settings.height))
+    yield from chart_steps(context, options.objects, outcome.charting, progress)
+    for name, refusal in outcome.charting.refused.items():
+        outcome.refuse(name, refusal)
+    outcome.notes += outcome.charting.notes
+    outcome.seconds.update(outcome.charting.seconds)
+    names = [name for name in options.objects if name not in outcome.charting.refused]
+    if not names:
+        raise InputError(outcome.complaint(len(options.objects)))
+    return names
+
+
+def _bake_one(
+    context: bpy.types.Context,
+    target: Instance,
+    tiles: list[int | None],
+    options: Options,
+    progress: Progress,
+    outcome: Outcome,
+) -> Generator[Callable[[], Any], Any, Result]:
+    assert outcome.scene is not None and outcome.baker is not None
+    baker, laid_out = outcome.baker, target
+    if options.colours:
+        baker, laid_out = _corner_baker(context, outcome.scene, target, options, progress)
+    bakes = []
+    for tile in tiles:
+        baked: Baked = yield partial(baker.bake, laid_out, tile)
+        bakes.append(baked)
+    _share_times(outcome, bakes[0], alone=len(outcome.scene.targets) == 1)
+    return Result(target.name, (laid_out,), tuple(bakes))
+
+
+def _deliver_atlas(
+    parts: Sequence[Result], options: Options, outcome: Outcome, deliver: Deliver
+) -> Generator[Callable[[], Any], Any, None]:
+    """All objects' bakes as one."""
+    bakes = [part.baked for part in parts]
+    whole: Baked = yield partial(in_one, options.atlas, bakes, options.settings.margin)
+    deliver(Result(options.atlas, tuple(part.target for part in parts), (whole,)))
+    for part in parts:
+        outcome.finish(part.name)
+
+
+def _tiles(target: Instance, options: Options) -> list[int | None]:
+    """Of a UDIM layout; else the unit square alone."""
+    one_image = options.colours or options.atlas or not options.tiled
+    return [None] if one_image else list(tiles_of(target.mesh)) or [None]
+
+
 def _read(context: bpy.types.Context, names: Sequence[str], options: Options, outcome: Outcome) -> Scene:
     """The scene with all targets; where some cannot be read, those are refused. Raises InputError if all are."""
-    uv = CHART_MAP if options.uv == CHARTS and not options.colours else options.uv
+    uv = options.uv if options.colours else outcome.charting.layer
 
     def read(these: Sequence[str], warn: Warn | None = None) -> Scene:
-        return extract(context, context.view_layer, these, uv, occluding=options.occluding, warn=warn)
+        return extract(
+            context, context.view_layer, these, uv, occluding=options.occluding, highs=options.highs, warn=warn
+        )
 
     try:
         return read(names, outcome.notes.append)
@@ -123,7 +221,7 @@ def _read(context: bpy.types.Context, names: Sequence[str], options: Options, ou
         try:
             read((name,))
         except InputError as refusal:
-            outcome.refused.append(str(refusal))
+            outcome.refuse(name, refusal)
         else:
             readable.append(name)
     if not readable:
@@ -148,99 +246,6 @@ def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:
     baked.seconds["charts"] = outcome.seconds.pop(f"charts of {baked.name}", 0.0)
     if alone:
         baked.seconds["extract"] = outcome.seconds.pop("extract", 0.0)
-
-
-def chart_steps(
-    context: bpy.types.Context, options: Options, progress: Progress, outcome: Outcome
-) -> Generator[Callable[[], Any], Any, list[str]]:
-    """Give chart UVs, in a map of their own, to the meshes that need them; for a `Runner`.
-
-    Returns the names of the objects to go on with: one whose mesh cannot have charts is refused with a line. Raises
-    Cancelled, and InputError where none is left.
-    """
-    names = list(options.objects)
-    for sharing in _without_charts(context, options):
-        progress.enter(f"{sharing[0]}: making UV charts")
-        try:
-            with _timed(outcome, f"charts of {sharing[0]}"):
-                made = yield from _chart(context, sharing[0], options.settings, progress)
-        except InputError as refusal:
-            outcome.refused.append(str(refusal))
-            names = [name for name in names if name not in sharing]
-            continue
-        if made is not None:
-            outcome.charted += sharing
-            outcome.notes.append(
-                f"{sharing[0]}: {made.count} charts in the UV map {CHART_MAP}, stretch {made.stretch.l2:.3f}, "
-                f"{100.0 * made.utilisation:.0f} % of the image used"
-            )
-    if not names:
-        raise InputError(outcome.complaint(len(options.objects)))
-    return names
-
-
-def _chart(
-    context: bpy.types.Context, name: str, settings: Settings, progress: Progress
-) -> Generator[Callable[[], Any], Any, Charts | None]:
-    """Charts for the mesh of one object; None where those made before still fit."""
-    size = (settings.width, settings.height)
-    obj = synced(context.view_layer)[name]
-    base = base_triangles(context, obj)
-    mark = _fingerprint(base, size)
-    if obj.data.get(FINGERPRINT) == mark and CHART_MAP in obj.data.uv_layers:
-        return None
-    _refuse_linked(obj)
-    charts: Charts = yield lambda: unwrap_apart(
-        *(name, base.vertices, base.triangles, base.polygons),
-        size=size,
-        padding=_PADDING,
-        cancelled=lambda: bool(progress.control.cancel),
-    )
-    obj = synced(context.view_layer).get(name)  # the artist, or an undo, may have been at it
-    if obj is None or _fingerprint(base_triangles(context, obj), size) != mark:
-        raise InputError(f"{name}: it was changed while its charts were made; start again")
-    write_uv(context, obj, CHART_MAP, charts.uv, base.loops)
-    obj.data[FINGERPRINT] = mark
-    return charts
-
-
-def _without_charts(context: bpy.types.Context, options: Options) -> list[list[str]]:
-    """Names of the objects to chart; those that share a mesh together."""
-    objects = synced(context.view_layer)
-    found: dict[int, list[str]] = {}
-    for name in options.objects:
-        obj = objects.get(name)
-        if obj is None or obj.type != "MESH" or len(obj.data.polygons) == 0:
-            continue  # reading the scene says what is wrong
-        layers = obj.data.uv_layers
-        own = layers.active is not None and layers.active.name == CHART_MAP
-        if options.uv == CHARTS or (options.uv is None and (len(layers) == 0 or own)):
-            found.setdefault(obj.data.as_pointer(), []).append(name)
-    return list(found.values())
-
-
-def _refuse_linked(obj: bpy.types.Object) -> None:
-    """Before minutes of unwrapping, what `write_uv` would say after."""
-    if obj.data.library is not None:
-        where = obj.data.library.filepath
-        raise InputError(
-            f"{obj.name}: its mesh is linked from {where} and has no UV map; make it local or unwrap it there"
-        )
-
-
-def _fingerprint(base: BaseTriangles, size: tuple[int, int]) -> str:
-    """Tells whether charts made before still fit."""
-    digest = hashlib.blake2b(repr(size).encode(), digest_size=16)
-    for array in (base.vertices, base.triangles, base.polygons):
-        digest.update(array.tobytes())
-    return digest.hexdigest()
-
-
-@contextmanager
-def _timed(outcome: Outcome, stage: str) -> Iterator[None]:
-    start = time.perf_counter()
-    yield
-    outcome.seconds[stage] = outcome.seconds.get(stage, 0.0) + time.perf_counter() - start
 
 
 def meshes_in_render(view_layer: bpy.types.ViewLayer) -> list[str]:

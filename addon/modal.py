@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 import bpy
@@ -26,6 +28,7 @@ class LongOperator:
     """Mixed into an operator: `start` gives its steps. `execute` does them at once, `invoke` while the window lives."""
 
     _active: ClassVar[Any] = None
+    states: Any = MappingProxyType({})  # by object: how far each is, where there are several
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         """The work to do. Raises InputError where it cannot begin."""
@@ -142,6 +145,12 @@ class LongOperator:
 def running() -> Progress | None:
     """How far the running operator is, None where none runs."""
     return LongOperator._active._progress if LongOperator._active is not None else None
+
+
+def queue() -> Mapping[str, str]:
+    """The objects of the running operator, in turn, and how far each is (job.py)."""
+    active = LongOperator._active
+    return dict(active.states) if active is not None else {}
 
 
 def percent(progress: Progress) -> str:

@@ -13,15 +13,18 @@ from ..core.errors import InputError
 @dataclass(frozen=True)
 class Occluding:
     """names: objects that block light, None: all. alone: each target is blocked by itself alone. ground: a level plane
-    below the targets blocks light, too. A target always blocks its own."""
+    below the targets blocks light, too. A target always blocks its own; less: objects that never block any."""
 
     names: frozenset[str] | None = None
     alone: bool = False
     ground: bool = False
+    less: frozenset[str] = frozenset()
 
-    def counts(self, name: str) -> bool:
-        """Whether an object that is no target blocks light."""
-        return not self.alone and (self.names is None or name in self.names)
+    def counts(self, name: str, *, own: bool = False) -> bool:
+        """Whether an object blocks light; own: one that is baked, or baked from."""
+        if name in self.less:
+            return False
+        return own or (not self.alone and (self.names is None or name in self.names))
 
 
 EVERYTHING = Occluding()

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import bpy
 
 from ..core.bake import Baked
-from ..core.errors import Cancelled, InputError
+from ..core.errors import Cancelled, InputError, NoUnwrapper
 from ..core.progress import Progress
 from ..core.report import (
     error_in_words,
@@ -23,10 +23,11 @@ from ..core.scene import Instance
 from . import overlay
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
+from .charting import CHARTS, SMART
 from .choice import Order, chosen_objects, is_ours, keep_order, order_again, order_of
 from .colours import store_colours
 from .images import show_picture
-from .job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, chart_steps
+from .job import Deliver, Options, Outcome, Result, bake_steps, prepared_charts
 from .material import hook_up, is_hooked_up, unhook
 from .modal import LongOperator, running
 from .outputs import CHANNEL
@@ -61,9 +62,10 @@ class _BakeOperator(LongOperator):
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         order, outcome = self.order(context), Outcome()
-        options = order.options
-        order.output.check(options.objects, options.settings)
+        options = _second_press(context, order.options)
+        order.output.check([options.atlas] if options.atlas else options.objects, options.settings)
         show_lines(context, [])
+        self.states = outcome.states
         deliver = self._deliverer(context, order, outcome)
         with charts_on_trial(context.view_layer, options.objects, outcome.finished):
             try:
@@ -72,29 +74,26 @@ class _BakeOperator(LongOperator):
                 if not outcome.finished:
                     raise
             finally:
+                _ask_for_second_press(context, outcome)
                 overlay.end_making()
                 redraw(context, "VIEW_3D", every_region=True)
         self._conclude(context, options, outcome)
 
-    def _deliverer(
-        self: Any, context: bpy.types.Context, order: Order, outcome: Outcome
-    ) -> Callable[[Instance, Baked], None]:
+    def _deliverer(self: Any, context: bpy.types.Context, order: Order, outcome: Outcome) -> Deliver:
         """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
         options, objects = order.options, context.view_layer.objects
         chosen = {name: objects[name].session_uid for name in options.objects}
 
-        def deliver(target: Instance, baked: Baked) -> None:
-            obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
-            if obj is None:
-                raise InputError(f"{target.name}: removed during the bake; its image was left as it was")
-            if target.name in outcome.charted and CHART_MAP not in obj.data.uv_layers:
-                raise InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
-            _put(obj, target, baked, order)
-            overlay.show(obj, target, next(iter(baked.maps.values())).values)
-            for line in baked.warnings:
-                self.report({"WARNING"}, line)
-            add_lines(context, [*result_lines(baked), *baked.warnings])
-            context.window_manager.occlusion_bake.overlapping |= baked.overlapped > 0
+        def deliver(result: Result) -> None:
+            found = [_still_there(target, chosen[target.name], outcome) for target in result.targets]
+            put(result, found, order, outcome.charting.layer)
+            for obj, target in zip(found, result.targets, strict=True):
+                overlay.show(obj, target, result.bakes)
+            for baked in result.bakes:
+                for line in baked.warnings:
+                    self.report({"WARNING"}, line)
+                add_lines(context, [*result_lines(baked), *baked.warnings])
+                context.window_manager.occlusion_bake.overlapping |= baked.overlapped > 0
 
         return deliver
 
@@ -149,10 +148,14 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        options, outcome, kept = order_of(context).options, Outcome(), []
+        options, outcome, kept = _second_press(context, order_of(context).options), Outcome(), []
+        uv = options.uv if options.uv == SMART else CHARTS
         show_lines(context, [])
         with charts_on_trial(context.view_layer, options.objects, kept):
-            kept += yield from chart_steps(context, replace(options, uv=CHARTS), progress, outcome)
+            try:
+                kept += yield from prepared_charts(context, replace(options, uv=uv), progress, outcome)
+            finally:
+                _ask_for_second_press(context, outcome)
         lines = outcome.notes or ["The charts made before still fit"]
         add_lines(context, [*lines, *outcome.refused])
         for line in outcome.refused:
@@ -253,18 +256,40 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
-def _put(obj: bpy.types.Object, target: Instance, baked: Baked, order: Order) -> None:
-    """The maps of an object to where they go."""
+def _second_press(context: bpy.types.Context, options: Options) -> Options:
+    """After one that told of the missing xatlas, Blender unwraps."""
+    shown = context.window_manager.occlusion_bake
+    smart, shown.asked = shown.asked, False
+    return replace(options, smart=smart)
+
+
+def _ask_for_second_press(context: bpy.types.Context, outcome: Outcome) -> None:
+    refused = outcome.charting.refused.values()
+    context.window_manager.occlusion_bake.asked = any(isinstance(each, NoUnwrapper) for each in refused)
+
+
+def _still_there(target: Instance, uid: int, outcome: Outcome) -> bpy.types.Object:
+    """The object that was baked. Raises InputError where the artist has removed it, or its charts, in the meantime."""
+    obj = next((each for each in bpy.data.objects if each.session_uid == uid), None)
+    if obj is None:
+        raise InputError(f"{target.name}: removed during the bake; its image was left as it was")
+    if target.name in outcome.charting.made and outcome.charting.where not in obj.data.uv_layers:
+        raise InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
+    return obj
+
+
+def put(result: Result, objects: Sequence[bpy.types.Object], order: Order, layer: str | None) -> None:
+    """The maps of a result to where they go. layer: the UV map that they are for, None for the active one."""
     options = order.options
     if options.colours:
-        store_colours(obj, target, baked)
+        store_colours(objects[0], result.target, result.baked)
         return
-    images = order.output.deliver(baked, options.settings)
+    images = order.output.deliver(result, options.settings)
     if order.output.kind == CHANNEL:
         return
     keep_order(order, images)
-    uv = CHART_MAP if options.uv == CHARTS else None
-    hook_up(obj, images, uv, preview=order.preview, gltf=order.gltf)
+    for obj in objects:
+        hook_up(obj, images, layer, preview=order.preview, gltf=order.gltf)
 
 
 def result_lines(baked: Baked) -> list[str]:

@@ -10,11 +10,12 @@ from typing import Any
 
 import bpy
 
-from ..core.bake import Baked, Settings
+from ..core.bake import Settings
 from ..core.errors import InputError
 from ..core.images import check_format, suffix
-from .files import check_file, clean_name, whole_path, write_map
-from .images import store, store_channel, store_file
+from .files import check_file, clean_name, tile_suffix, whole_path, write_map
+from .images import store, store_channel, store_file, store_tiles
+from .job import Result
 
 PACKED, SAVED, COLOURS, CHANNEL = "PACKED", "SAVED", "COLOURS", "CHANNEL"
 
@@ -40,25 +41,28 @@ class Output:
         if self.kind == CHANNEL:
             self._check_channel(objects, settings)
 
-    def deliver(self, baked: Baked, settings: Settings) -> dict[str, bpy.types.Image]:
+    def deliver(self, result: Result, settings: Settings) -> dict[str, bpy.types.Image]:
         """Put every map where it goes; returns the images by map. Raises InputError, what was there untouched."""
+        baked = result.baked
         if self.kind == CHANNEL:
             image = bpy.data.images.get(self.image)
             if image is None:
                 raise InputError(f"{self.image}: the image was removed during the bake; choose another")
             return {name: store_channel(image, self.channel, each, self.dither) for name, each in baked.maps.items()}
         if self.kind == SAVED:
-            return {name: self._save(baked, name, settings) for name in baked.maps}
-        return store(baked)
+            return {name: self._save(result, name, settings) for name in baked.maps}
+        return store_tiles(result.bakes, settings) if baked.tile is not None else store(baked)
 
-    def _save(self, baked: Baked, name: str, settings: Settings) -> bpy.types.Image:
-        path = self.file(baked.name, name, settings)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_map(path, baked, name, settings, depth=self.depth, dither=self.dither and self.depth == 8)
-        return store_file(baked.name, name, path)
+    def _save(self, result: Result, name: str, settings: Settings) -> bpy.types.Image:
+        paths = {baked.tile: self.file(result.name, name, settings, baked.tile) for baked in result.bakes}
+        for baked in result.bakes:
+            paths[baked.tile].parent.mkdir(parents=True, exist_ok=True)
+            dither = self.dither and self.depth == 8
+            write_map(paths[baked.tile], baked, name, settings, depth=self.depth, dither=dither)
+        return store_file(result.name, name, paths[result.baked.tile], result.baked.tile)
 
-    def file(self, owner: str, name: str, settings: Settings) -> Path:
-        """The file of an object's map. Raises InputError for a template that cannot be filled."""
+    def file(self, owner: str, name: str, settings: Settings, tile: int | None = None) -> Path:
+        """The file of an object's map, or of a tile of it. Raises InputError for a template that cannot be filled."""
         scene_file = bpy.data.filepath
         known = {
             "object": clean_name(owner),
@@ -76,7 +80,8 @@ class Output:
             raise InputError("Path: it is empty; give one, as //textures/{object}_{map}")
         ending = suffix(self.format)
         path = whole_path(Path(text), scene_file)
-        return path if path.suffix.lower() == ending else path.with_name(path.name + ending)
+        stem = path.with_suffix("") if path.suffix.lower() == ending else path
+        return stem.with_name(f"{stem.name}{tile_suffix(tile)}{ending}")
 
     def _check_paths(self, objects: Sequence[str], settings: Settings) -> None:
         taken: dict[Path, str] = {}

@@ -7,6 +7,7 @@ arrays wait. What is shown belongs to the window alone, and is nowhere in the fi
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +16,9 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
+from ..core.bake import Baked
 from ..core.scene import Floats, Instance
+from ..core.tiles import part_in_tile
 
 MOST_TRIANGLES = 2_000_000  # of an object that is shown: more would hold up the window
 _NEARER = 2e-5  # of the depth: our surface is drawn before the view's own, which is the same
@@ -51,7 +54,7 @@ class _Overlay:
     """What is drawn: finished bakes by their object's session_uid, and the one that is being made."""
 
     def __init__(self) -> None:
-        self.finished: dict[int, _Shown] = {}
+        self.finished: dict[int, list[_Shown]] = {}
         self.making: tuple[int, _Shown] | None = None
         self._handler: Any = None
         self._shader: Any = None
@@ -77,7 +80,9 @@ class _Overlay:
         context = bpy.context
         if not context.window_manager.occlusion_bake.show or not (self.finished or self.making):
             return
-        all_shown = {**self.finished, **dict([self.making] if self.making else [])}
+        all_shown = dict(self.finished)
+        if self.making is not None:
+            all_shown[self.making[0]] = [self.making[1]]
         objects = {obj.session_uid: obj for obj in context.view_layer.objects}
         view = context.region_data.perspective_matrix
         gpu.state.depth_test_set("LESS_EQUAL")
@@ -85,7 +90,8 @@ class _Overlay:
         for uid, shown in all_shown.items():
             obj = objects.get(uid)
             if obj is not None and obj.visible_get() and obj.mode == "OBJECT":
-                self._draw_one(shown, view @ obj.matrix_world)
+                for each in shown:
+                    self._draw_one(each, view @ obj.matrix_world)
         gpu.state.depth_mask_set(False)
         gpu.state.depth_test_set("NONE")
 
@@ -111,7 +117,7 @@ def _forget_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> N
         if not update.is_updated_geometry or not isinstance(obj, bpy.types.Object):
             continue
         shown = _overlay.finished.get(obj.session_uid)
-        if shown is not None and (obj.mode != "OBJECT" or _mark(obj) != shown.mark):
+        if shown is not None and (obj.mode != "OBJECT" or _mark(obj) != shown[0].mark):
             del _overlay.finished[obj.session_uid]
 
 
@@ -127,11 +133,16 @@ def _mark(obj: bpy.types.Object) -> str:
     return f"{len(obj.data.polygons)} {len(obj.modifiers)} {hashlib.blake2b(places.tobytes()).hexdigest()}"
 
 
-def show(obj: bpy.types.Object, target: Instance, values: Floats) -> None:
-    """Show a finished map on an object, in the place of an earlier one. values: (H, W) float32."""
-    if not bpy.app.background and len(target.mesh.triangles) <= MOST_TRIANGLES:
-        _overlay.finished[obj.session_uid] = _Shown(target, values, _mark(obj))
-        _overlay.start()
+def show(obj: bpy.types.Object, target: Instance, bakes: Sequence[Baked]) -> None:
+    """Show the first map of a finished bake on an object, every tile of it, in the place of an earlier one."""
+    if bpy.app.background or len(target.mesh.triangles) > MOST_TRIANGLES:
+        return
+    pieces = [
+        (target if baked.tile is None else part_in_tile(target, baked.tile), next(iter(baked.maps.values())).values)
+        for baked in bakes
+    ]
+    _overlay.finished[obj.session_uid] = [_Shown(part, values, _mark(obj)) for part, values in pieces]
+    _overlay.start()
 
 
 def show_making(uid: int, target: Instance, values: Floats) -> None:

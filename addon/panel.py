@@ -10,7 +10,8 @@ import bpy
 
 from .choice import chosen_occluders, is_ours
 from .images import MARK
-from .modal import percent, progress_words, running
+from .job import BAKING, DONE, REFUSED, WAITING
+from .modal import percent, progress_words, queue, running
 from .occluding import may_occlude
 from .operators import (
     OCCLUSION_BAKE_OT_again,
@@ -21,7 +22,7 @@ from .operators import (
     OCCLUSION_BAKE_OT_unhook,
     OCCLUSION_BAKE_OT_unwrap,
 )
-from .outputs import CHANNEL, SAVED
+from .outputs import CHANNEL, PACKED, SAVED
 from .presets import OCCLUSION_BAKE_PT_presets
 from .settings import OcclusionBakeSettings, by_rays
 
@@ -87,6 +88,23 @@ def draw_button(layout: bpy.types.UILayout, operator: str, icon: str) -> None:
     column = layout.column(align=True)
     for words in progress_words(progress):
         column.label(text=words)
+    _draw_queue(column)
+
+
+_STATES = {WAITING: "RADIOBUT_OFF", BAKING: "RADIOBUT_ON", DONE: "CHECKMARK", REFUSED: "ERROR"}
+
+
+def _draw_queue(column: bpy.types.UILayout) -> None:
+    """Where several objects are baked, each with its state: of many those about the one that is being baked."""
+    states = list(queue().items())
+    if len(states) < 2:
+        return
+    done = sum(state in (DONE, REFUSED) for _, state in states)
+    first = max(min(done - _LISTED // 2, len(states) - _LISTED), 0)
+    column.separator()
+    column.label(text=f"{done} of {len(states)} objects done")
+    for name, state in states[first : first + _LISTED]:
+        column.label(text=name, icon=_STATES[state])
 
 
 class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
@@ -154,6 +172,21 @@ class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
             column.label(text="Each baked object itself", icon="OBJECT_DATA")
 
 
+class OCCLUSION_BAKE_PT_highs(_Settings, bpy.types.Panel):
+    """What surface is baked."""
+
+    bl_label = "High to Low"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = _begin(self, context)
+        layout.prop(chosen, "source")
+        more = layout.column()
+        more.active = chosen.source != "SELF"
+        if chosen.source == "SELECTED":
+            more.prop(chosen, "cage")
+        more.prop(chosen, "extrusion")
+
+
 class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):
     """Where the images go."""
 
@@ -161,6 +194,9 @@ class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
+        layout.prop(chosen, "layout", text="Images Of")
+        if chosen.layout == "ATLAS":
+            layout.prop(chosen, "atlas")
         layout.prop(chosen, "output", text="To")
         if chosen.output == SAVED:
             layout.prop(chosen, "path")
@@ -173,6 +209,8 @@ class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):
             layout.prop(chosen, "image")
             layout.prop(chosen, "channel", expand=True)
             layout.prop(chosen, "use_dither")
+        if chosen.layout == "EACH" and chosen.output in (PACKED, SAVED):
+            layout.prop(chosen, "use_udim")
 
 
 class OCCLUSION_BAKE_PT_image(bpy.types.Panel):
@@ -243,6 +281,7 @@ CLASSES = (
     OCCLUSION_BAKE_PT_result,
     OCCLUSION_BAKE_PT_reflection,
     OCCLUSION_BAKE_PT_occluders,
+    OCCLUSION_BAKE_PT_highs,
     OCCLUSION_BAKE_PT_output,
     OCCLUSION_BAKE_PT_material,
     OCCLUSION_BAKE_PT_options,

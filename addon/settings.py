@@ -45,6 +45,23 @@ _CHANNELS = [("R", "R", "Red: AO in ORM, and in glTF"), ("G", "G", "Green"), ("B
 _UV = [
     ("ACTIVE", "Active Map", "The mesh's active UV map; charts are made where it has none"),
     ("CHARTS", "New Charts", "Charts in a UV map of their own; the mesh's other maps stay as they are"),
+    ("SMART", "Smart UV Project", "Blender's own unwrap, in a UV map of its own; the other maps stay as they are"),
+]
+
+
+_LAYOUTS = [
+    ("EACH", "Each Object", "Every object has images of its own"),
+    ("ATLAS", "All Objects", "The objects share their images: by their UV maps where all have one, else by charts "
+     "that leave room for one another"),
+]  # fmt: skip
+_SOURCES = [
+    ("SELF", "Own Surface", "Each object is baked as it is"),
+    ("SELECTED", "Selected to Active", "The active object is baked from the other selected ones"),
+    (
+        "NAMES",
+        "Names",
+        "Objects named …_low are baked from those named …_high; a …_cage says where these are looked for",
+    ),
 ]
 
 
@@ -97,6 +114,22 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     use_ground: BoolProperty(
         name="Ground", description="Bake as if the objects stood on a level ground without end", default=False
     )
+    source: EnumProperty(name="From", description="What surface is baked", items=_SOURCES)
+    extrusion: FloatProperty(
+        name="Extrusion",
+        description="How far above and below the surface the high meshes are looked for; 0 is a fiftieth of its size",
+        default=0.0, min=0.0, soft_max=1.0, subtype="DISTANCE",
+    )  # fmt: skip
+    cage: PointerProperty(
+        name="Cage", description="A copy of the baked mesh, blown up: from it the high meshes are looked for",
+        type=bpy.types.Object, poll=lambda self, obj: obj.type == "MESH",
+    )  # fmt: skip
+    layout: EnumProperty(name="Images Of", description="Whether objects share their images", items=_LAYOUTS)
+    atlas: StringProperty(name="Name", description="What the shared images are called", default="Atlas")
+    use_udim: BoolProperty(
+        name="UDIM Tiles", description="Bake every tile of a UDIM layout, into tiled images; off: the first alone",
+        default=True,
+    )  # fmt: skip
     margin: IntProperty(
         name="Margin", description="Texels by which chart borders are carried outward", default=16, min=0,
         max=256, subtype="PIXEL",
@@ -134,7 +167,7 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     )
 
 
-_POINTERS = frozenset({"collection", "image"})
+_POINTERS = frozenset({"collection", "image", "cage"})
 
 
 class OcclusionBakeResult(bpy.types.PropertyGroup):
@@ -148,6 +181,7 @@ class OcclusionBakeResult(bpy.types.PropertyGroup):
         update=lambda self, context: redraw(context, "VIEW_3D", every_region=True),
     )
     overlapping: BoolProperty(options={"SKIP_SAVE"})  # whether UVs overlap of what was baked
+    asked: BoolProperty(options={"SKIP_SAVE"})  # whether the next press lets Blender unwrap
 
 
 def show_lines(context: bpy.types.Context, lines: list[str]) -> None:

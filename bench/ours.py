@@ -9,7 +9,7 @@ from pathlib import Path
 import bpy
 
 from ..addon.files import Folder
-from ..addon.job import Options, Outcome, bake_steps
+from ..addon.job import Options, Outcome, Result, bake_steps
 from ..addon.runner import run
 from ..core.bake import Baked, Settings
 from ..core.progress import Progress
@@ -26,10 +26,10 @@ def bake_here(
     results: list[tuple[Instance, Baked]] = []
     folder = Folder(output) if output else None
 
-    def deliver(target: Instance, baked: Baked) -> None:
+    def deliver(result: Result) -> None:
         if folder:
-            folder.write(baked, settings, folder.stem(baked.name))
-        results.append((target, baked))
+            folder.write(result.baked, settings, folder.stem(result.name))
+        results.append((result.target, result.baked))
 
     start = time.perf_counter()
     progress, outcome = Progress(len(names)), Outcome()

@@ -6,14 +6,14 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import horizon, inside
+from . import horizon, inside, turned
 from .embree import open_device
 from .errors import InputError
 from .estimators import AO, Axis, Estimator
@@ -26,6 +26,7 @@ from .progress import Preview, Progress
 from .scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
 from .solve import MOST_MEAN_RAYS, Goal, Means, Solved, first_rays, solve
 from .texels import Texels, rasterize
+from .tiles import part_in_tile, uv_in_tile, within_tile
 from .tracer import CHUNK_RAYS, Rays, Sums, trace, trace_texels
 
 MAX_SIZE = 65536
@@ -113,7 +114,8 @@ class BakedMap:
 class Baked:
     """One baked object. maps by estimator name. rays: those of all its maps. inside: the share of its texels, 0 to 1,
     that lie inside other meshes (inside.py); their values are as traced. overlapped: texels that show one of several
-    faces. seconds by stage."""
+    faces. turned: the share that sees the backs of its own faces alone (turned.py). seconds by stage. tile: of a UDIM
+    layout, None where there is none."""
 
     name: str
     width: int
@@ -123,8 +125,10 @@ class Baked:
     maps: dict[str, BakedMap]
     inside: float = 0.0
     overlapped: int = 0
+    turned: float = 0.0
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
+    tile: int | None = None
 
 
 class Baker:
@@ -144,13 +148,13 @@ class Baker:
         self._occluders = Occluders(self.device, scene.occluders, settings.reach, _reserved(scene))
         self._warnings = list(self._occluders.warnings)
 
-    def bake(self, target: Instance) -> Baked:
-        """Bake one object. Raises InputError for one that cannot be, Cancelled, MemoryError.
+    def bake(self, target: Instance, tile: int | None = None) -> Baked:
+        """Bake one object, of a UDIM layout one tile. Raises InputError for one that cannot be, Cancelled, MemoryError.
 
         Same scene and settings, same bits, whatever the number of threads.
         """
         try:
-            baked = self._bake(target)
+            baked = self._bake(target, tile)
         finally:
             self._progress.preview = None
             self._progress.finish_object()
@@ -158,23 +162,25 @@ class Baker:
         self._warnings = []
         return baked
 
-    def _bake(self, target: Instance) -> Baked:
+    def _bake(self, target: Instance, tile: int | None) -> Baked:
         settings, progress = self._settings, self._progress
         seconds: dict[str, float] = {}
         warnings = check_target(target)
         with _timed(seconds, "texels"):
-            texels = _texels_of(target, settings, progress)
+            texels = _texels_of(target, tile, settings, progress)
         with _timed(seconds, "build"):
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress)
-            surface = surface_of(target, frame.origin)
+            surface = _in_tile(surface_of(target, frame.origin), tile)
         if target.name in self._scene.highs:
             with _timed(seconds, "texels"):
                 surface, texels = self._onto_highs(target, surface, texels, frame)
         with _timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
+            backs = self._share_turned(target, surface, texels, frame)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
-        bench = _Bench(target, frame, surface, texels, camera, settings, progress)
+        shown = target if tile is None else part_in_tile(target, tile)
+        bench = _Bench(shown, frame, surface, texels, camera, settings, progress)
         solved = bench.solve(seconds)
         with _timed(seconds, "finish"):
             maps = {
@@ -182,16 +188,24 @@ class Baker:
                 for estimator, each in zip(settings.estimators, solved, strict=True)
             }
         traced = sum(each.rays for each in solved)
-        warnings += [*texels.warnings, *inside.warning(target.name, share), *_shortfalls(target, settings, solved)]
-        size, found = (settings.width, settings.height), (share, texels.overlapped)
-        return Baked(target.name, *size, texels.count, traced, maps, *found, seconds, warnings)
+        warnings += [*texels.warnings, *inside.warning(target.name, share), *turned.warning(target.name, backs)]
+        if share < inside.TOLD and backs < inside.TOLD:
+            warnings += turned.dark_warning(target.name, next(iter(maps.values())).mean)
+        warnings += _shortfalls(target, settings, solved)
+        what = (target.name, settings.width, settings.height, texels.count, traced, maps)
+        return Baked(*what, share, texels.overlapped, backs, seconds, warnings, tile)
 
-    def _onto_highs(
-        self, target: Instance, surface: Placed, texels: Texels, frame: Frame
-    ) -> tuple[Placed, Texels]:
+    def _onto_highs(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> tuple[Placed, Texels]:
         control = self._progress.enter(f"{target.name}: looking for high meshes", _INSIDE)
         what = (target, self._scene.highs[target.name], surface, texels, frame.origin, self.device)
         return onto_highs(*what, threads=self._settings.threads, control=control)
+
+    def _share_turned(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
+        own = self._occluders.number_of(target, frame)
+        control = self._progress.enter(f"{target.name}: looking for faces that are turned", _INSIDE)
+        return turned.share_turned(
+            frame.scene, surface, texels.owner, own, threads=self._settings.threads, control=control
+        )
 
     def _share_inside(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
         own = self._occluders.number_of(target, frame)
@@ -376,13 +390,22 @@ def _shortfalls(target: Instance, settings: Settings, solved: Sequence[Solved]) 
     ]
 
 
-def _texels_of(target: Instance, settings: Settings, progress: Progress) -> Texels:
+def _texels_of(target: Instance, tile: int | None, settings: Settings, progress: Progress) -> Texels:
     mesh = target.mesh
     if mesh.uv is None:
         raise InputError(f"{target.name}: the mesh has no UV map; unwrap it, or bake with chart UVs (--uv charts)")
     control = progress.enter(f"{target.name}: texels", _TEXELS)
+    uv, skip = mesh.uv, zero_area(mesh)
+    if tile is not None:
+        uv, skip = uv_in_tile(uv, tile), skip | ~within_tile(mesh, tile)
     size = (settings.width, settings.height)
-    return rasterize(target.name, mesh.uv, *size, skip=zero_area(mesh), threads=settings.threads, control=control)
+    return rasterize(target.name, uv, *size, skip=skip, threads=settings.threads, control=control)
+
+
+def _in_tile(surface: Placed, tile: int | None) -> Placed:
+    if tile is None or surface.uv is None:
+        return surface
+    return replace(surface, uv=uv_in_tile(surface.uv, tile))
 
 
 def _check_camera(camera: Camera | None) -> None:

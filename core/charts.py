@@ -8,12 +8,13 @@ laid out by `packing`.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from .errors import InputError
+from .errors import InputError, NoUnwrapper
 from .mending import Longs, Nodes, Surface, area_of, mended, parts, singular, square, tangents, unfold, uv_area_of
 from .packing import packed
 from .scene import Doubles, Floats, Ints
@@ -92,10 +93,12 @@ def _xatlas(name: str) -> Any:
     try:
         return importlib.import_module("xatlas")
     except ImportError:
-        raise InputError(
-            f"{name}: it has no UV map and this Blender's Python has no xatlas to make one; "
-            "unwrap it by hand first (UV > Smart UV Project)"
-        ) from None
+        raise NoUnwrapper(name) from None
+
+
+def has_unwrapper() -> bool:
+    """Whether there is an xatlas."""
+    return importlib.util.find_spec("xatlas") is not None
 
 
 def _surface(name: str, vertices: Floats, triangles: Ints, polygons: Ints | None) -> Surface:

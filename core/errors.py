@@ -8,5 +8,15 @@ class InputError(ValueError):
     """
 
 
+class NoUnwrapper(InputError):
+    """A mesh needs UV charts and there is no xatlas to make them."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(
+            f"{name}: it has no UV map and this Blender's Python has no xatlas to make one; press Bake again "
+            "for Blender's own unwrap, Smart UV Project (in the command: --uv smart)"
+        )
+
+
 class Cancelled(Exception):
     """The artist stopped the bake; nothing was written."""

@@ -24,7 +24,9 @@ AUTOMATIC = 0.02  # of the low mesh's diagonal: how far above and below it is lo
 TOLD = 0.01  # of the texels: where fewer find nothing, that is no matter for a warning
 _LAYERS = 8  # backs of faces that a ray passes before it is given up
 _PAST = 2.0**-18  # how far behind one it goes on, of the numbers that the point is made of
-_LIFT = 2.0**-20  # what points are lifted off triangles by, of their largest coordinate (kernel/src/gather.cpp)
+# What points are lifted off triangles by, of their largest coordinate, and the lifts that they keep off the edges, but
+# for a part of the triangle's height: as kernel/src/gather.cpp has them.
+_LIFT, _RIM, _WIDEST_RIM = 2.0**-20, 8.0, 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +139,9 @@ def _seen(
         facing = (face * along[met]).sum(axis=1) < 0.0
         rows = left[met[facing]]
         points.found[rows] = True
-        points.positions[rows], points.normals[rows], points.faces[rows] = (each[facing] for each in (place, shading, face))
+        points.positions[rows], points.normals[rows], points.faces[rows] = (
+            each[facing] for each in (place, shading, face)
+        )
         behind = met[~facing]
         numbers = np.abs(starts[left[behind]]).max(axis=1) / np.abs(along[behind]).max(axis=1)
         begun[left[behind]] += hits.distance[behind] + np.float32(_PAST) * (numbers + 1.0)
@@ -151,17 +155,30 @@ def _at(surfaces: Sequence[Placed], number: Ints, triangle: Ints, weights: Float
     places, shadings, normals = (np.zeros((len(number), 3), dtype=np.float32) for _ in range(3))
     for i, surface in enumerate(surfaces):
         rows = np.flatnonzero(number == i)
-        which, part = triangle[rows], weights[rows, :, None].astype(np.float64)
+        which = triangle[rows]
         corners = surface.vertices[surface.triangles[which]].astype(np.float64)
+        # The triangle may be larger than the point is far from the origin, and so are its roundings.
+        lift = _LIFT * np.abs(corners).max(axis=(1, 2))[:, None]
+        part = _off_the_edges(weights[rows].astype(np.float64), corners, lift)[:, :, None]
         face = _faces(surface, which, corners)
         shading = face if surface.normals is None else (part * surface.normals[which]).sum(axis=1)
         length = np.linalg.norm(shading, axis=1, keepdims=True)
-        # The triangle may be larger than the point is far from the origin, and so are its roundings.
-        lift = _LIFT * np.abs(corners).max(axis=(1, 2))[:, None]
         places[rows] = (part * corners).sum(axis=1) + lift * face
         shadings[rows] = np.where(length > 0.0, shading / np.maximum(length, 1e-300), face)
         normals[rows] = face
     return places, shadings, normals
+
+
+def _off_the_edges(weights: Doubles, corners: Doubles, lift: Doubles) -> Doubles:
+    """Weights, (N, 3), of points so many lifts off the edges of their triangles: on the edge itself a point would stand
+    in the face beside it, and see what lies behind that."""
+    edges = np.roll(corners, -1, axis=1) - corners
+    opposite = np.linalg.norm(np.roll(edges, -1, axis=1), axis=2)  # to each corner
+    doubled = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1, keepdims=True)
+    rim = np.minimum(_RIM * lift * opposite, _WIDEST_RIM * doubled) / np.maximum(doubled, 1e-300)
+    off = np.maximum(weights, rim)
+    moved: Doubles = off / off.sum(axis=1, keepdims=True)
+    return moved
 
 
 def _faces(surface: Placed, which: Ints, corners: Doubles) -> Doubles:

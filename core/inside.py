@@ -32,7 +32,7 @@ def share_inside(
     most SAMPLED texels are looked at, evenly spread, always the same. 0 where there is no texel. Raises Cancelled,
     InputError.
     """
-    texels = _spread(np.flatnonzero(owner >= 0))
+    texels = spread(np.flatnonzero(owner >= 0))
     if len(texels) == 0:
         return 0.0
     inside = np.zeros(len(texels), dtype=np.uint8)
@@ -55,9 +55,9 @@ def warning(name: str, share: float) -> list[str]:
     ]
 
 
-def _spread(texels: NDArray[np.int64]) -> NDArray[np.int64]:
-    """At most SAMPLED of them: one from each of as many equal runs, at a place that follows the golden ratio, so that
-    no column of the image is preferred."""
+def spread(texels: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Of (N,) texels at most SAMPLED: one from each of as many equal runs, at a place that follows the golden ratio, so
+    that no column of the image is preferred."""
     if len(texels) <= SAMPLED:
         return texels
     run = np.arange(SAMPLED)

@@ -36,7 +36,9 @@ def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
         "p99": {name: each.p99 for name, each in baked.maps.items()},
         "mean": {name: each.mean for name, each in baked.maps.items()},
         "inside": baked.inside,
+        "turned": baked.turned,
         "overlapped": baked.overlapped,
+        **({} if baked.tile is None else {"tile": baked.tile}),
         "files": {name: str(path) for name, path in files.items()},
         "warnings": list(baked.warnings),
     }

@@ -58,7 +58,7 @@ def rasterize(
     report = _rasterize(uv, owner, coverage, api.RULE_COVERAGE, skip, threads, control)
     if report.covered == 0:
         raise InputError(f"{name}: {_why_none(report, uv)}; unwrap it anew, or bake with chart UVs (--uv charts)")
-    warnings = _warnings(name, report, uv, owner)
+    warnings = _warnings(name, report, uv, owner, skip)
     return Texels(owner, coverage, int(report.covered), int(report.overlapped), warnings)
 
 
@@ -109,7 +109,9 @@ def _why_none(report: api.RasterReport, uv: Floats) -> str:
     return f"its UVs cover no texel ({counts})"
 
 
-def _warnings(name: str, report: api.RasterReport, uv: Floats, owner: Ints) -> list[str]:
+def _warnings(
+    name: str, report: api.RasterReport, uv: Floats, owner: Ints, skip: NDArray[np.bool_] | None
+) -> list[str]:
     lines = []
     if report.overlapped:
         share = 100.0 * report.overlapped / max(report.covered, 1)
@@ -121,7 +123,7 @@ def _warnings(name: str, report: api.RasterReport, uv: Floats, owner: Ints) -> l
         lines.append(f"{name}: {report.outside} triangles leave the 0-1 UV square; what lies outside is not baked")
     if report.degenerate:
         lines.append(f"{name}: {report.degenerate} triangles have no area in the texture and get no texels")
-    if not report.overlapped and not report.outside and (share := _unowned_share(uv, owner)) >= _MUCH_UNOWNED:
+    if not report.overlapped and not report.outside and (share := _unowned_share(uv, owner, skip)) >= _MUCH_UNOWNED:
         lines.append(
             f"{name}: {100.0 * share:.0f} % of its surface in the texture lies in triangles without a texel of their "
             "own; detail finer than texels is averaged, and a larger image shows it"
@@ -129,11 +131,13 @@ def _warnings(name: str, report: api.RasterReport, uv: Floats, owner: Ints) -> l
     return lines
 
 
-def _unowned_share(uv: Floats, owner: Ints) -> float:
-    """The share, by area in the texture, of the triangles that own no texel."""
+def _unowned_share(uv: Floats, owner: Ints, skip: NDArray[np.bool_] | None) -> float:
+    """The share, by area in the texture, of the triangles that own no texel; those that are skipped do not count."""
     edges = uv[:, 1:] - uv[:, :1]
     areas = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]).astype(np.float64)
     areas[~np.isfinite(areas)] = 0.0
+    if skip is not None:
+        areas[skip] = 0.0
     whole = float(areas.sum())
     areas[owner[owner >= 0]] = 0.0
     return float(areas.sum()) / whole if whole > 0.0 else 0.0

@@ -69,7 +69,6 @@ class TraceScene:
         api.check(api.library().ob_visible(self.handle, *rays, distance, pointer))
         return answer.astype(bool)
 
-
     def first_hits(
         self, origins: Floats, directions: Floats, lengths: Floats, threads: int = 0, control: api.Control | None = None
     ) -> Hits:
@@ -85,7 +84,9 @@ class TraceScene:
         return Hits(hits["distance"].copy(), hits["geometry"].copy(), hits["triangle"].copy(), weights)
 
 
-_HIT = np.dtype([(name, np.float32) for name in ("distance", "u", "v")] + [("geometry", np.int32), ("triangle", np.int32)])
+_HIT = np.dtype(
+    [(name, np.float32) for name in ("distance", "u", "v")] + [("geometry", np.int32), ("triangle", np.int32)]
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,15 +15,14 @@ import bpy
 
 from ..addon.comparison import compare_with_cycles
 from ..addon.files import Folder
-from ..addon.job import Options, Outcome, bake_steps
+from ..addon.job import Options, Outcome, Result, bake_steps
 from ..addon.leave import run_and_leave
 from ..addon.runner import run
-from ..core.bake import Baked, Settings
+from ..core.bake import Settings
 from ..core.errors import InputError
 from ..core.estimators import AO, reflection
 from ..core.progress import Progress
 from ..core.report import Json, object_entry, whole_report, write_report
-from ..core.scene import Instance
 from .scenes import SCENES, build
 
 COLUMNS = "scene      object         texels  seconds     ±AO  ±RO 10      bias   Cycles  ratio"
@@ -66,7 +65,8 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
     folder = Folder(chosen.output / name)
     entries: dict[str, Json] = {}
 
-    def deliver(target: Instance, baked: Baked) -> None:
+    def deliver(result: Result) -> None:
+        target, baked = result.target, result.baked
         start = time.perf_counter()
         stem = folder.stem(baked.name)
         files = folder.write(baked, settings, stem)
@@ -96,7 +96,7 @@ def _seconds_of(target: str, settings: Settings, chosen: argparse.Namespace) -> 
     folder = Folder(chosen.output / "timing")
     equal = replace(settings, rays=chosen.samples)
     start = time.perf_counter()
-    _run((target,), equal, lambda _, baked: folder.write(baked, equal, "timing"))
+    _run((target,), equal, lambda result: folder.write(result.baked, equal, "timing"))
     return time.perf_counter() - start
 
 

@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 
 from ...addon.extract import extract
-from ...addon.job import Options, Outcome, chart_steps
+from ...addon.job import Options, Outcome, prepared_charts
 from ...addon.leave import leave
 from ...addon.runner import run
 from ...core.bake import Settings
@@ -56,7 +56,7 @@ def _read(name: str) -> tuple[Scene, Instance]:
     """The scene as a bake would read it, with charts where the object has no UVs."""
     settings = Settings(width=SIZE, height=SIZE)
     progress, outcome = Progress(1), Outcome()
-    run(chart_steps(bpy.context, Options((name,), settings), progress, outcome), progress)
+    run(prepared_charts(bpy.context, Options((name,), settings), progress, outcome), progress)
     scene = extract(bpy.context, bpy.context.view_layer, [name])
     return scene, scene.targets[0]
 

@@ -416,7 +416,7 @@ def spoil(name: str, make: Any) -> None:
     elif name == "no area in the texture":
         obj.data.uv_layers[0].uv.foreach_set("vector", [0.25] * 8)
     elif name == "outside the 0-1 square":
-        obj.data.uv_layers[0].uv.foreach_set("vector", [2, 2, 3, 2, 3, 3, 2, 3])
+        obj.data.uv_layers[0].uv.foreach_set("vector", [-2, 2, -1, 2, -1, 3, -2, 3])
 
 
 @pytest.mark.parametrize(
@@ -450,7 +450,7 @@ def two_squares(make: Any, second: Any, flat: bool = False) -> None:
     [
         (((0, 0), (0.5, 0), (0.5, 1), (0, 1)), "Thing: UVs overlap on 2048 of 2048 texels (100.0 %)"),
         (((0.25, 0), (0.75, 0), (0.75, 1), (0.25, 1)), "Thing: UVs overlap on 1024 of 3072 texels (33.3 %)"),
-        (((1.5, 0), (2, 0), (2, 1), (1.5, 1)), "Thing: 2 triangles leave the 0-1 UV square"),
+        (((-0.5, 0), (0, 0), (0, 1), (-0.5, 1)), "Thing: 2 triangles leave the 0-1 UV square"),
         (((0.6, 0.5), (0.7, 0.5), (0.8, 0.5), (0.9, 0.5)), "Thing: 2 triangles have no area in the texture"),
     ],
 )

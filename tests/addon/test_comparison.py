@@ -9,8 +9,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.addon.charting import CHARTS, layer_of  # noqa: E402
 from occlusion_bake.addon.comparison import compare_with_cycles  # noqa: E402
-from occlusion_bake.addon.job import CHARTS, Options, Outcome, bake_steps  # noqa: E402
+from occlusion_bake.addon.job import Options, Outcome, bake_steps  # noqa: E402
 from occlusion_bake.addon.runner import run  # noqa: E402
 from occlusion_bake.core.bake import Settings  # noqa: E402
 from occlusion_bake.core.errors import InputError  # noqa: E402
@@ -25,8 +26,9 @@ def compared(name: str, path: Path, samples: int = 64, uv: str | None = None, **
     chosen = Settings(**{"width": 32, "height": 32, "rays": 256, "threads": 2, **settings})
     entries: list[Any] = []
 
-    def deliver(target: Any, baked: Any) -> None:
-        entries.append(compare_with_cycles(bpy.context, target, baked, chosen, samples, uv, path))
+    def deliver(result: Any) -> None:
+        what = (bpy.context, result.target, result.baked, chosen, samples, layer_of(uv), path)
+        entries.append(compare_with_cycles(*what))
 
     progress = Progress()
     run(bake_steps(bpy.context, Options((name,), chosen, uv), progress, Outcome(), deliver), progress)

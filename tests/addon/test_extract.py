@@ -346,8 +346,8 @@ def test_the_short_way_to_the_triangles_agrees_with_blenders_own() -> None:
     mesh = bpy.context.object.data
     expected = np.empty(3 * len(mesh.loop_triangles), np.int32)
     mesh.loop_triangles.foreach_get("loops", expected)
-    np.testing.assert_array_equal(module._corners(mesh).reshape(-1), expected)
-    assert module._corners(bpy.data.meshes.new("Empty")).shape == (0, 3)
+    np.testing.assert_array_equal(module.corners_of(mesh).reshape(-1), expected)
+    assert module.corners_of(bpy.data.meshes.new("Empty")).shape == (0, 3)
 
 
 class Strange:
@@ -376,8 +376,8 @@ class Strange:
 
 def test_another_memory_layout_is_noticed() -> None:
     mesh = cube().data
-    expected = module._corners(mesh)
-    np.testing.assert_array_equal(module._corners(Strange(mesh)), expected)
+    expected = module.corners_of(mesh)
+    np.testing.assert_array_equal(module.corners_of(Strange(mesh)), expected)
 
 
 def test_the_camera() -> None:

@@ -72,7 +72,7 @@ def test_an_image_of_the_artists_of_that_name_is_left_alone() -> None:
 
 
 def test_images_survive_saving(tmp_path: Path) -> None:
-    store(baked())["ao"].use_fake_user = True
+    store(baked())
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
     (image,) = (each for each in bpy.data.images if each.name == "Thing AO")

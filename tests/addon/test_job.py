@@ -10,8 +10,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon import job  # noqa: E402
-from occlusion_bake.addon.job import CHART_MAP, CHARTS, Options, Outcome, bake_steps, meshes_in_render  # noqa: E402
+from occlusion_bake.addon import charting  # noqa: E402
+from occlusion_bake.addon.charting import CHART_MAP, CHARTS  # noqa: E402
+from occlusion_bake.addon.job import Options, Outcome, bake_steps, meshes_in_render  # noqa: E402
 from occlusion_bake.addon.runner import run  # noqa: E402
 from occlusion_bake.core.bake import Settings  # noqa: E402
 from occlusion_bake.core.errors import Cancelled, InputError  # noqa: E402
@@ -36,7 +37,7 @@ def go(*names: str, uv: str | None = None, progress: Progress | None = None, **s
     outcome, results, progress = Outcome(), {}, progress or Progress()
     options = Options(names, Settings(**{"width": 32, "height": 32, "rays": 2, **settings}), uv)
     steps = bake_steps(
-        bpy.context, options, progress, outcome, lambda target, baked: results.update({target.name: baked})
+        bpy.context, options, progress, outcome, lambda result: results.update({result.name: result.baked})
     )
     run(steps, progress)
     return outcome, results
@@ -148,14 +149,14 @@ def test_the_saved_charts_give_the_same_texture(bake: Any, make: Any, bare: bool
 
 def test_charts_are_made_anew_for_another_mesh_or_size(make: Any) -> None:
     obj = make.bare_cube()
-    assert go("Bare")[0].charted == ["Bare"]
+    assert go("Bare")[0].charting.made == ["Bare"]
     first = uvs(obj)
     assert first.keys() == {CHART_MAP}
-    assert go("Bare")[0].charted == [] and uvs(obj) == first
-    assert go("Bare", width=64)[0].charted == ["Bare"]
-    assert go("Bare")[0].charted == ["Bare"] and uvs(obj) == first
+    assert go("Bare")[0].charting.made == [] and uvs(obj) == first
+    assert go("Bare", width=64)[0].charting.made == ["Bare"]
+    assert go("Bare")[0].charting.made == ["Bare"] and uvs(obj) == first
     obj.data.vertices[0].co.x -= 1.0
-    assert go("Bare")[0].charted == ["Bare"]
+    assert go("Bare")[0].charting.made == ["Bare"]
     assert uvs(obj).keys() == {CHART_MAP} and uvs(obj) != first
 
 
@@ -163,9 +164,9 @@ def test_only_meshes_without_a_map_get_charts_unasked(make: Any) -> None:
     make.cube("Mapped")
     make.bare_cube("Bare", location=(5, 0, 0))
     outcome, results = go("Mapped", "Bare")
-    assert outcome.charted == ["Bare"] and results.keys() == {"Mapped", "Bare"}
+    assert outcome.charting.made == ["Bare"] and results.keys() == {"Mapped", "Bare"}
     assert CHART_MAP not in bpy.data.objects["Mapped"].data.uv_layers
-    assert go("Mapped", "Bare", uv=CHARTS)[0].charted == ["Mapped"]
+    assert go("Mapped", "Bare", uv=CHARTS)[0].charting.made == ["Mapped"]
 
 
 def test_objects_that_share_a_mesh_share_its_charts(make: Any) -> None:
@@ -174,7 +175,7 @@ def test_objects_that_share_a_mesh_share_its_charts(make: Any) -> None:
     second.location.x = 5.0
     bpy.context.scene.collection.objects.link(second)
     outcome, results = go("First", "Second")
-    assert outcome.charted == ["First", "Second"] and len(outcome.notes) == 1
+    assert outcome.charting.made == ["First", "Second"] and len(outcome.notes) == 1
     np.testing.assert_array_equal(results["First"].maps["ao"].covered, results["Second"].maps["ao"].covered)
 
 
@@ -185,8 +186,8 @@ def test_a_mesh_changed_while_its_charts_are_made(make: Any, monkeypatch: pytest
         obj.data.vertices[0].co.x -= 1.0
         return unwrap(*arguments, **options)
 
-    unwrap = job.unwrap_apart
-    monkeypatch.setattr(job, "unwrap_apart", edited_meanwhile)
+    unwrap = charting.unwrap_apart
+    monkeypatch.setattr(charting, "unwrap_apart", edited_meanwhile)
     with pytest.raises(InputError, match=r"^Bare: it was changed .*; start again$"):
         go("Bare")
     assert uvs(obj) == {}
@@ -219,8 +220,8 @@ def test_one_that_is_refused_on_delivery_does_not_stop_the_others(make: Any) -> 
     make.plane("One")
     make.plane("Two", location=(0, 0, 3))
 
-    def deliver(target: Any, baked: Any) -> None:
-        if target.name == "One":
+    def deliver(result: Any) -> None:
+        if result.name == "One":
             raise InputError("One: nobody is at home; come again")
 
     progress, outcome = Progress(), Outcome()

@@ -15,7 +15,8 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.arguments import parser, settings_of  # noqa: E402
 from occlusion_bake.addon.beside import ao_alone, child_arguments  # noqa: E402
-from occlusion_bake.addon.job import CHART_MAP, Options  # noqa: E402
+from occlusion_bake.addon.charting import CHART_MAP  # noqa: E402
+from occlusion_bake.addon.job import Options  # noqa: E402
 from occlusion_bake.addon.panel import OCCLUSION_BAKE_PT_bake  # noqa: E402
 from occlusion_bake.addon.settings import core_settings  # noqa: E402
 from occlusion_bake.core.images import read_image  # noqa: E402

@@ -86,6 +86,21 @@ def test_a_ray_goes_through_the_backs_of_faces(shapes: Any) -> None:
     assert baked(low, floor, facing, extrusion=0.1).maps["ao"].mean == 1.0  # upon it
 
 
+def test_a_point_on_an_edge_keeps_off_it(shapes: Any) -> None:
+    """Every texel's middle lies on the line where floor and wall meet: it sees half of the sky, not what is behind."""
+    low = shapes.instance(shapes.quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), name="low"))
+    floor = shapes.quad((0, -200, 0), (200, 0, 0), (0, 400, 0), name="floor")
+    wall = shapes.quad((0, -200, 0), (0, 400, 0), (0, 0, 200), name="wall")
+    corner = shapes.joined([floor, wall], "corner")
+    settings = Settings(width=1, height=8, rays=4096, margin=0)
+    for turned in (False, True):
+        matrix = shapes.matrix(turned=turned)
+        made = baked(replace(low, matrix=matrix), shapes.instance(corner, matrix), settings=settings, extrusion=0.1)
+        values = made.maps["ao"].values[made.maps["ao"].covered]
+        assert len(values)  # rounding may take a ray past the edge
+        np.testing.assert_allclose(values, 0.5, atol=0.03)
+
+
 def test_texels_that_see_nothing_are_told_and_filled(shapes: Any) -> None:
     low = shapes.instance(shapes.plane(1.0, name="low"))
     half = shapes.instance(shapes.quad((-1, -1, 0.01), (1, 0, 0), (0, 2, 0), name="half"))

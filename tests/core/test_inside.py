@@ -184,11 +184,11 @@ def test_threads_and_size_change_nothing(shapes: Any) -> None:
     for size in (1, 40, 512):
         owner = np.full((size, size), 3, np.int32)
         assert {share_inside(scene, inner, owner, 0, threads=threads) for threads in (1, 2, 3)} == {1.0}
-    spread = inside._spread(np.arange(512 * 512))
+    spread = inside.spread(np.arange(512 * 512))
     assert len(spread) == SAMPLED and np.all(np.diff(spread) > 0)
     for place in (spread % 512, spread // 512):
         assert np.bincount(place // 64, minlength=8).min() > 0.9 * SAMPLED / 8
-    assert_array_equal(inside._spread(np.arange(SAMPLED)), np.arange(SAMPLED))
+    assert_array_equal(inside.spread(np.arange(SAMPLED)), np.arange(SAMPLED))
 
 
 def test_it_can_be_cancelled_and_refuses_what_is_not_built(shapes: Any) -> None:
