@@ -17,6 +17,7 @@ from .runner import Runner, Steps, run
 from .settings import redraw, show_lines
 
 _TICK = 0.05  # seconds between two looks at the work
+_STOPS = 0.15  # within which what is cancelled has ended, mostly
 _SHOWN = 0.3  # and between two drawings of how far it is, which can cost more than the look
 _LOOKED = 1.0  # and between two of the work itself, at least: they redraw the whole view
 _HELD = 0.01  # of the time, at most, may the window be held up by those: a view drawn in software takes long
@@ -79,10 +80,11 @@ class LongOperator:
 
     def modal(self: Any, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Everything but our timer and Escape goes on to Blender."""
-        if event.type == "ESC" and event.value == "PRESS":
+        escaped = event.type == "ESC" and event.value == "PRESS"
+        if escaped:  # the end is at hand, and the next event may have to wait until all views are drawn
             self._progress.cancel()
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
+            self._runner.wait(_STOPS)
+        elif event.type != "TIMER":
             return {"PASS_THROUGH"}
         try:
             finished = self._runner.poll()
@@ -96,7 +98,7 @@ class LongOperator:
             self._end(context)
             return {"FINISHED"}
         self._show(context)
-        return {"PASS_THROUGH"}
+        return {"RUNNING_MODAL"} if escaped else {"PASS_THROUGH"}
 
     def cancel(self: Any, context: bpy.types.Context) -> None:
         """Blender ends the operator: another file is loaded, the window closes."""

@@ -26,6 +26,7 @@ from .chart_map import charts_on_trial
 from .charting import CHARTS, SMART
 from .choice import Order, chosen_objects, is_ours, keep_order, order_again, order_of
 from .colours import store_colours
+from .editor import show_in_editor
 from .images import show_picture
 from .job import Deliver, Options, Outcome, Result, bake_steps, prepared_charts
 from .material import hook_up, is_hooked_up, unhook
@@ -184,7 +185,7 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
 
     def _finish(self: Any, context: bpy.types.Context, entry: dict[str, Any]) -> None:
         cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, "ao")
-        show_picture(f"{entry['name']} Comparison", cycles["picture"])
+        show_in_editor(context, show_picture(f"{entry['name']} Comparison", cycles["picture"]))
         lines = [
             f"Occlusion Bake {ours:.2f} s, {rays_per_texel(entry):.1f} rays a texel, error {error}",
             f"Cycles {cycles['seconds']:.2f} s, {cycles['samples']} samples",

@@ -7,6 +7,7 @@ it, and leaves screenshots FOLDER/NAME_….png.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import sys
 import time
 from pathlib import Path
@@ -30,6 +31,7 @@ def session(archive: str, folder: Path, name: str) -> Waits:
     yield from open_tab("Occlusion")
     yield from cancelled(floor)
     yield from baked(floor, folder, name)
+    yield from batched(floor, folder, name)
     yield from compared(floor, folder, name)
     yield from disturbed(floor)
     print(f"Blender {bpy.app.version_string}: the window bakes, cancels, compares and bears what comes", flush=True)
@@ -62,11 +64,32 @@ def cancelled(floor: Any) -> Waits:
     yield from press("occlusion_bake.bake")
     yield from until(running, 5.0, "a bake after its button was pressed")
     yield 0.7
-    pressed = time.monotonic()
+    asked, ended = when_cancelled()
     key("Escape")
-    yield from until(lambda: not running(), 5.0, "the end of the bake after Escape")
-    print(f"cancelled {time.monotonic() - pressed:.2f} s after Escape", flush=True)
+    yield from until(lambda: bool(ended), 5.0, "the end of the bake after Escape")
+    print(f"cancelled {ended[0] - asked[0]:.3f} s after Blender told of Escape", flush=True)
     check("AO" not in image_names() and not floor.data.materials, f"cancelled, but there are {image_names()}")
+
+
+def when_cancelled() -> tuple[list[float], list[float]]:
+    """Will hold when the running bake was asked to stop, and when it had."""
+    modal = importlib.import_module(f"{MODULE}.addon.modal")
+    operator, progress = modal.LongOperator._active, modal.running()
+    asked: list[float] = []
+    ended: list[float] = []
+    cancel, end = progress.cancel, type(operator)._end
+
+    def cancelled() -> None:
+        asked.append(time.monotonic())
+        cancel()
+
+    def ending(self: Any, context: Any) -> None:
+        type(operator)._end = end
+        end(self, context)
+        ended.append(time.monotonic())
+
+    progress.cancel, type(operator)._end = cancelled, ending
+    return asked, ended
 
 
 def baked(floor: Any, folder: Path, name: str) -> Waits:
@@ -98,7 +121,7 @@ def compared(floor: Any, folder: Path, name: str) -> Waits:
     """The comparison starts a Blender of its own and shows both times, the errors and a picture."""
     chosen = bpy.context.scene.occlusion_bake
     chosen.width = chosen.height = 256
-    chosen.cycles_samples = 16
+    chosen.rays, chosen.cycles_samples = 1024, 16
     window, area, region = sidebar()
     with bpy.context.temp_override(window=window, area=area, region=region):  # its panel is closed at first
         bpy.ops.occlusion_bake.compare("INVOKE_DEFAULT")
@@ -111,6 +134,69 @@ def compared(floor: Any, folder: Path, name: str) -> Waits:
     yield 1.0
     picture(str(folder / f"{name}_compared.png"))
     print(lines, flush=True)
+    check(len(bpy.context.window_manager.windows) == 2, "the comparison's picture is in no window")
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[1]):
+        bpy.ops.wm.window_close()
+    yield 0.5
+
+
+def batched(floor: Any, folder: Path, name: str) -> Waits:
+    """Four objects without UVs in one atlas, then a detailed mesh onto a plain one, by the real button."""
+    chosen = bpy.context.scene.occlusion_bake
+    chosen.width = chosen.height = 512
+    chosen.rays = 256
+    with in_view():
+        bpy.ops.object.select_all(action="DESELECT")
+    bodies = [body(i) for i in range(4)]
+    chosen.layout, chosen.uv = "ATLAS", "CHARTS" if has_xatlas() else "SMART"
+    yield from press("occlusion_bake.bake")
+    yield from until(lambda: "tracing" in stage(), 60.0, "an atlas' tracing")
+    yield 0.3
+    picture(str(folder / f"{name}_queue.png"))
+    yield from ended("pressing the button for four objects")
+    check("Atlas AO" in image_names(), f"no atlas: {image_names()}; {lines()}")
+    check(all("Occlusion Bake Atlas" in each.data.uv_layers for each in bodies), "an object without the atlas' UV map")
+    yield 1.0
+    picture(str(folder / f"{name}_atlas.png"))
+    chosen.layout, chosen.uv, chosen.source = "EACH", "ACTIVE", "SELECTED"
+    low, high = bodies[0], bodies[1]
+    high.location = low.location
+    for each in bodies[2:]:
+        each.select_set(False)
+    bpy.context.view_layer.objects.active = low
+    yield from press("occlusion_bake.bake")
+    yield from ended("pressing the button for high to low")
+    check(f"{low.name} AO" in image_names(), f"nothing from high to low: {image_names()}; {lines()}")
+    occluders = lines().split("Occluders: ")[1].split("\n")[0].split(", ")
+    check(high.name in occluders and low.name not in occluders, f"who occluded: {lines()}")
+    yield 1.0
+    picture(str(folder / f"{name}_high_to_low.png"))
+    chosen.source = "SELF"
+    for each in bodies:
+        bpy.data.objects.remove(each)
+    floor.select_set(True)
+    bpy.context.view_layer.objects.active = floor
+
+
+def body(number: int) -> Any:
+    """A selected ball without UVs, each finer than the last."""
+    with in_view():
+        bpy.ops.mesh.primitive_ico_sphere_add(
+            subdivisions=3 + number, calc_uvs=False, location=(3.0 * number - 4.5, -4.0, 0.5)
+        )
+    made = bpy.context.object
+    for obj in [each for each in bpy.data.objects if each.name.startswith("Icosphere")]:
+        obj.select_set(True)
+    return made
+
+
+def has_xatlas() -> bool:
+    return importlib.util.find_spec("xatlas") is not None
+
+
+def stage() -> str:
+    progress = importlib.import_module(f"{MODULE}.addon.modal").running()
+    return progress.stage if progress is not None else ""
 
 
 def disturbed(floor: Any) -> Waits:
