@@ -58,6 +58,10 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
         metavar="FOLDER",
         help="for the images; // is the scene's (occlusion_bake)",
     )
+    into = "write the one map into a channel of an image that is there, as orm.png:R, in place of files in a folder"
+    add("--into", type=_channel, metavar="FILE:R|G|B|A", help=into)
+    colours = "bake color attributes, no textures, and write a copy of the scene with them"
+    add("--color-attributes", type=Path, metavar="FILE.blend", help=colours)
     add("--format", choices=("png", "exr", "tiff"), default="png", help="of the images (png)")
     add("--depth", type=int, choices=(8, 16, 32), default=16, help="bits a channel (16)")
     add("--dither", action="store_true", help="round integers by chance, so that slow gradients show no bands")
@@ -87,6 +91,12 @@ def _check_sources(options: Any) -> None:
         raise InputError("--cage: is of an object that is baked from others; give those in --highs")
     if options.extrusion is not None and not options.extrusion > 0.0:
         raise InputError(f"--extrusion {options.extrusion:g}: give a length above 0")
+    if options.into and options.color_attributes:
+        raise InputError("--into: color attributes are no images; leave out one of the two")
+    if options.color_attributes and options.color_attributes.suffix != ".blend":
+        raise InputError(f"--color-attributes {options.color_attributes}: is a scene; end its name in .blend")
+    if options.compare_cycles is not None and (options.into or options.color_attributes):
+        raise InputError("--compare-cycles compares images of their own; leave out --into and --color-attributes")
     if options.compare_cycles is not None and options.atlas:
         raise InputError("--compare-cycles: objects are compared one by one; leave out --atlas")
 
@@ -151,6 +161,14 @@ def _error(text: str) -> float:
         return float(above) / (float(below) if slash else 1.0)
     except (ValueError, ZeroDivisionError):
         raise argparse.ArgumentTypeError(f"{text!r} is no error; give one as 0.004 or 1/255") from None
+
+
+def _channel(text: str) -> tuple[Path, str]:
+    """ "orm.png:R"."""
+    name, _, channel = text.rpartition(":")
+    if not name or channel.upper() not in ("R", "G", "B", "A"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no channel of a file; give one as orm.png:R")
+    return Path(name), channel.upper()
 
 
 def _size(text: str) -> tuple[int, int]:

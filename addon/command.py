@@ -19,6 +19,7 @@ import bpy
 
 from ..core.bake import Baked, Settings
 from ..core.errors import Cancelled, InputError
+from ..core.images import check_channel, write_channel
 from ..core.progress import Progress
 from ..core.report import (
     Json,
@@ -33,8 +34,9 @@ from ..core.scene import Instance
 from ..core.tiles import FIRST
 from .arguments import parser, settings_of
 from .charting import layer_of
+from .colours import store_colours
 from .comparison import compare_with_cycles
-from .files import Folder, check_file, check_image, whole_path, write_coverage
+from .files import Folder, check_file, check_image, clean_name, whole_path, write_coverage
 from .job import Options, Outcome, Result, bake_steps, meshes_in_render
 from .load import load
 from .occluding import named
@@ -93,9 +95,12 @@ def _bake(options: Any) -> None:
     context = bpy.context
     settings = settings_of(options)
     _place_files(options)
-    folder = Folder(options.output, options.format, options.depth, options.dither)
     chosen = _chosen(context, options, settings)
     names = chosen.objects
+    if options.into:
+        _check_into(options, chosen)
+    elsewhere = options.into or options.color_attributes
+    folder = None if elsewhere else Folder(options.output, options.format, options.depth, options.dither)
     progress = Progress(len(names))
     outcome = Outcome()
     writer = _Writer(context, options, chosen, folder)
@@ -104,7 +109,9 @@ def _bake(options: Any) -> None:
         run(steps, progress, _Line().show)
         progress.raise_if_cancelled()  # while Cycles held the main thread
     finally:
-        _save_charts(outcome, folder, options)
+        if options.color_attributes and outcome.finished:
+            _save_copy(options.color_attributes, "color attributes")
+        _save_charts(outcome, options)
         for line in (*outcome.notes, *(outcome.refused if len(names) > 1 else ())):
             _say(f"{NAME}: {line}")
     if options.report:
@@ -113,6 +120,13 @@ def _bake(options: Any) -> None:
         raise InputError(outcome.complaint(len(names)))
     if writer.uncompared:
         raise InputError(f"{len(writer.uncompared)} of {len(names)} objects not compared; {writer.uncompared[0]}")
+
+
+def _check_into(options: Any, chosen: Options) -> None:
+    path, channel = options.into
+    if (len(chosen.objects) > 1 and not chosen.atlas) or len(chosen.settings.estimators) > 1:
+        raise InputError(f"--into {path}:{channel}: a channel takes one map of one object; choose one of each")
+    check_channel(path, channel, (chosen.settings.width, chosen.settings.height))
 
 
 def _chosen(context: Any, options: Any, settings: Settings) -> Options:
@@ -130,8 +144,9 @@ def _chosen(context: Any, options: Any, settings: Settings) -> Options:
         options.uv,
         occluding,
         highs=pairing.highs,
+        colours=options.color_attributes is not None,
         atlas=options.atlas or "",
-        tiled=options.udim,
+        tiled=options.udim and not options.into,
     )
 
 
@@ -142,6 +157,11 @@ def _place_files(options: Any) -> None:
     if options.report:
         options.report = whole_path(options.report, scene_file)
         check_file(options.report)
+    if options.into:
+        options.into = whole_path(options.into[0], scene_file), options.into[1]
+    if options.color_attributes:
+        options.color_attributes = whole_path(options.color_attributes, scene_file)
+        check_file(options.color_attributes)
     if options.coverage:
         options.coverage = whole_path(options.coverage, scene_file)
         check_image(options.coverage)
@@ -166,7 +186,7 @@ def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -
 class _Writer:
     """Takes each baked object: writes its files, compares, keeps its entry for the report, prints its line."""
 
-    def __init__(self, context: Any, options: Any, chosen: Options, folder: Folder) -> None:
+    def __init__(self, context: Any, options: Any, chosen: Options, folder: Folder | None) -> None:
         self.entries: list[Json] = []
         self.cycles_seconds = 0.0
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
@@ -174,8 +194,8 @@ class _Writer:
         self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.atlas
 
     def deliver(self, result: Result) -> None:
-        stem = self._folder.stem(result.name)
-        entries = [self._write(baked, stem) for baked in result.bakes]
+        stem = self._folder.stem(result.name) if self._folder else clean_name(result.name)
+        entries = [self._write(result, baked, stem) for baked in result.bakes]
         if len(result.targets) > 1:
             entries[0]["objects"] = [target.name for target in result.targets]
         self.entries += entries
@@ -186,9 +206,9 @@ class _Writer:
         elif self._options.compare_cycles and result.baked.tile in (None, FIRST):
             self._compare(result.target, result.baked, stem, entries[0])
 
-    def _write(self, baked: Baked, stem: str) -> Json:
+    def _write(self, result: Result, baked: Baked, stem: str) -> Json:
         start = time.perf_counter()
-        files = self._folder.write(baked, self._settings, stem)
+        files = self._put(result, baked, stem)
         if self._options.coverage:
             files["coverage"] = write_coverage(self._options.coverage, baked, stem, several=self._several)
         baked.seconds["write"] = time.perf_counter() - start
@@ -198,9 +218,21 @@ class _Writer:
         _say(_summary(entry))
         return entry
 
+    def _put(self, result: Result, baked: Baked, stem: str) -> dict[str, Path]:
+        """The maps to where they go; returns the files."""
+        if self._folder is not None:
+            return self._folder.write(baked, self._settings, stem)
+        if self._options.into is None:
+            store_colours(self._context.view_layer.objects[result.name], result.target, baked)
+            return {}
+        path, channel = self._options.into
+        ((name, made),) = baked.maps.items()
+        write_channel(path, made.values, channel, dither=self._options.dither)
+        return {name: path}
+
     def _compare(self, target: Instance, baked: Baked, stem: str, entry: Json) -> None:
         start = time.perf_counter()
-        samples, picture = self._options.compare_cycles, self._folder.path / f"{stem}_ao_compared.png"
+        samples, picture = self._options.compare_cycles, self._folder.path / f"{stem}_ao_compared.png"  # type: ignore[union-attr]
         _say(f"{baked.name}: baking with Cycles, {samples} samples …")
         try:
             cycles = compare_with_cycles(
@@ -231,18 +263,23 @@ def _summary(entry: Json) -> str:
     )
 
 
-def _save_charts(outcome: Outcome, folder: Folder, options: Any) -> None:
+def _save_charts(outcome: Outcome, options: Any) -> None:
     """Textures on charts are of no use without them: a copy of the scene with its new UV maps goes beside them."""
     if set(outcome.charting.made).isdisjoint(outcome.finished):
         return
     source = Path(getattr(options, "file", None) or bpy.data.filepath or "scene")
-    path = folder.path / f"{folder.stem(source.stem + '_charts')}.blend"
+    folder = options.into[0].parent if options.into else options.output
+    path = folder.resolve() / f"{clean_name(source.stem + '_charts')}.blend"
+    _save_copy(path, "new UV maps")
+    outcome.notes.append(f"a copy of the scene with the new UV maps is {path}")
+
+
+def _save_copy(path: Path, what: str) -> None:
     try:  # uncompressed: on a full disk Blender takes the stump of a compressed file for success
         bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
     except RuntimeError as error:
         cause = str(error).strip().splitlines()[0].removeprefix("Error: ")
-        raise InputError(f"{path}: the new UV maps cannot be saved ({cause}); check that the disk has room") from error
-    outcome.notes.append(f"a copy of the scene with the new UV maps is {path}")
+        raise InputError(f"{path}: the {what} cannot be saved ({cause}); check that the disk has room") from error
 
 
 def _say(line: str, stream: TextIO | None = None) -> None:

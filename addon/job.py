@@ -204,7 +204,7 @@ def _tiles(target: Instance, options: Options) -> list[int | None]:
 
 def _read(context: bpy.types.Context, names: Sequence[str], options: Options, outcome: Outcome) -> Scene:
     """The scene with all targets; where some cannot be read, those are refused. Raises InputError if all are."""
-    uv = options.uv if options.colours else outcome.charting.layer
+    uv = None if options.colours else outcome.charting.layer
 
     def read(these: Sequence[str], warn: Warn | None = None) -> Scene:
         return extract(

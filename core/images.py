@@ -115,7 +115,61 @@ def write_image(
     kind = _format_of(path)
     encoding = _encoding(kind, str(path), depth)
     pixels = _encoded(_layers(path, values, coverage if kind.has_alpha else None), encoding, dither)
-    spec = _spec(pixels, kind, metadata)
+    _write_whole(path, _spec(pixels, kind, metadata), pixels)
+
+
+def check_channel(path: Path, channel: str, size: tuple[int, int]) -> None:
+    """Refuse, before a bake, an image that `write_channel` could not write into after it. size: (width, height).
+    Raises InputError."""
+    spec, _ = _stored(path, pixels=False)
+    _channel_of(path, spec, channel)
+    if (spec.width, spec.height) != size:
+        raise InputError(
+            f"{path}: it is {spec.width}x{spec.height} and the bake {size[0]}x{size[1]}; give the size of the image"
+        )
+    check_writable(path.parent)
+
+
+def write_channel(path: Path, values: NDArray[np.float32], channel: str, *, dither: bool = False) -> None:
+    """Put (h, w) linear values into one channel, R, G, B or A, of an image that is there, .png, .exr, .tif or .tiff.
+
+    The other channels keep their bits, and the image its depth and what it says of itself; `dither` as in
+    `write_image`. Raises InputError as `check_channel`, and for any failure to write, the file untouched.
+    """
+    check_channel(path, channel, (values.shape[1], values.shape[0]))
+    spec, pixels = _stored(path)
+    encoded = _encoded(_layers(path, values, None), pixels.dtype.type, dither)
+    pixels[..., _channel_of(path, spec, channel)] = encoded[..., 0]
+    _write_whole(path, spec, pixels)
+
+
+def _stored(path: Path, *, pixels: bool = True) -> tuple[Any, NDArray[Any]]:
+    """An image's spec, and its pixels, (h, w, c), as they lie in the file."""
+    library = openimageio()
+    as_stored = library.ImageSpec()
+    as_stored.attribute("oiio:UnassociatedAlpha", 1)
+    _format_of(path)
+    image = library.ImageInput.open(str(path), as_stored)
+    values = image.read_image(image.spec().format) if image is not None and pixels else np.empty(0)
+    if image is None or values is None:
+        cause = _one_line(library.geterror() if image is None else image.geterror())
+        raise InputError(f"{path}: cannot be read as an image ({cause}); check the name, or write the file anew")
+    spec = library.ImageSpec(image.spec())
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    image.close()
+    return spec, values
+
+
+def _channel_of(path: Path, spec: Any, channel: str) -> int:
+    """Which of the image's channels that is."""
+    names = [name.upper() for name in spec.channelnames]
+    if channel not in names:
+        raise InputError(f"{path}: it has no channel {channel}; choose one of {', '.join(spec.channelnames)}")
+    return names.index(channel)
+
+
+def _write_whole(path: Path, spec: Any, pixels: NDArray[Any]) -> None:
+    """The file appears, with these pixels, whole or not at all. Raises InputError."""
     temporary = _beside(path)
     try:
         if path.is_dir():
