@@ -15,6 +15,7 @@ from ..core.progress import Progress
 from .choice import chosen_objects
 from .runner import Runner, Steps, run
 from .settings import redraw, show_lines
+from .words import say
 
 _TICK = 0.05  # seconds between two looks at the work
 _STOPS = 0.15  # within which what is cancelled has ended, mostly
@@ -111,7 +112,7 @@ class LongOperator:
             return
         self._said, self._due = text, now + _SHOWN
         if context.workspace is not None:
-            context.workspace.status_text_set(f"Occlusion Bake   {text}   Esc: Cancel")
+            context.workspace.status_text_set(say("Occlusion Bake   {}   Esc: Cancel", text))
         redraw(context, "VIEW_3D")
 
     def _show_work(self: Any, context: bpy.types.Context, now: float) -> None:
@@ -162,11 +163,12 @@ def percent(progress: Progress) -> str:
 
 def progress_words(progress: Progress) -> list[str]:
     """For the artist: "Suzanne: tracing", "3 s left", "12.3 million rays a second", as far as is known."""
-    words = [progress.stage]
+    name, parted, stage = progress.stage.rpartition(": ")
+    words = [f"{name}{parted}{say(stage)}"]
     if (left := progress.seconds_left) is not None:
-        words.append(f"{_duration(left)} left")
+        words.append(say("{} left", _duration(left)))
     if (rate := progress.rays_per_second) is not None:
-        words.append(f"{rate / 1e6:.1f} million rays a second")
+        words.append(say("{:.1f} million rays a second", rate / 1e6))
     return words
 
 

@@ -35,6 +35,7 @@ from .outputs import CHANNEL
 from .overlap import select_overlap
 from .runner import Steps
 from .settings import add_lines, redraw, show_lines
+from .words import say
 
 _NAMED = 6  # occluders in the line that says who they were
 
@@ -105,9 +106,10 @@ class _BakeOperator(LongOperator):
         for line in outcome.refused:
             self.report({"WARNING"}, line)
         baked, wanted = len(outcome.finished), len(options.objects)
-        what = f"Baked {_counted(baked)}" if baked == wanted else f"Baked {baked} of {_counted(wanted)}"
+        what = say("Baked {}", _counted(baked)) if baked == wanted else say("Baked {} of {}", baked, _counted(wanted))
         seconds = outcome.seconds.get("total")
-        self.report({"INFO"}, f"{what} in {seconds:.2f} s" if seconds is not None else f"{what}, then was cancelled")
+        took = say("{} in {:.2f} s", what, seconds) if seconds is not None else say("{}, then was cancelled", what)
+        self.report({"INFO"}, took)
 
 
 class OCCLUSION_BAKE_OT_bake(_BakeOperator, bpy.types.Operator):
@@ -187,11 +189,11 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, "ao")
         show_in_editor(context, show_picture(f"{entry['name']} Comparison", cycles["picture"]))
         lines = [
-            f"Occlusion Bake {ours:.2f} s, {rays_per_texel(entry):.1f} rays a texel, error {error}",
-            f"Cycles {cycles['seconds']:.2f} s, {cycles['samples']} samples",
-            f"A sample takes {times_as_long(entry):.1f} times as long as a ray",
-            f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}",
-            f"Picture: {entry['name']} Comparison",
+            say("Occlusion Bake {:.2f} s, {:.1f} rays a texel, error {}", ours, rays_per_texel(entry), error),
+            say("Cycles {:.2f} s, {} samples", cycles["seconds"], cycles["samples"]),
+            say("A sample takes {:.1f} times as long as a ray", times_as_long(entry)),
+            say("RMSE {:.5f}, bias {:+.5f}, p99 {:.5f}", cycles["rmse"], cycles["bias"], cycles["p99"]),
+            say("Picture: {}", f"{entry['name']} Comparison"),
             *cycles["reasons"],
         ]
         add_lines(context, lines)
@@ -215,7 +217,9 @@ class OCCLUSION_BAKE_OT_select_overlap(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         count = select_overlap(context)
-        self.report({"INFO"}, f"{count} faces overlap in the UV map" if count else "No faces overlap in the UV map")
+        self.report(
+            {"INFO"}, say("{} faces overlap in the UV map", count) if count else say("No faces overlap in the UV map")
+        )
         return {"FINISHED"}
 
 
@@ -235,7 +239,7 @@ class OCCLUSION_BAKE_OT_unhook(bpy.types.Operator):
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         done = sum(unhook(obj) for obj in chosen_objects(context))
-        self.report({"INFO"}, f"Removed from the materials of {_counted(done)}")
+        self.report({"INFO"}, say("Removed from the materials of {}", _counted(done)))
         return {"FINISHED"}
 
 
@@ -295,22 +299,24 @@ def put(result: Result, objects: Sequence[bpy.types.Object], order: Order, layer
 
 def result_lines(baked: Baked) -> list[str]:
     """What the panel says of one baked object."""
-    entry = object_entry(baked, {})
+    entry, name = object_entry(baked, {}), baked.name if baked.tile is None else f"{baked.name} {baked.tile}"
     errors = ", ".join(f"{name.replace('_', ' ').upper()} {error_in_words(entry, name)}" for name in baked.maps)
     return [
-        f"{baked.name}: {entry['seconds']['total']:.2f} s, {baked.rays / 1e6:.1f} million rays, "
-        f"{million_rays_per_second(entry):.1f} million a second",
-        f"Error: {errors}",
+        say(
+            "{}: {:.2f} s, {:.1f} million rays, {:.1f} million a second",
+            *(name, entry["seconds"]["total"], baked.rays / 1e6, million_rays_per_second(entry)),
+        ),
+        say("Error: {}", errors),
     ]
 
 
 def _occluders_line(names: list[str]) -> str:
     """Who blocked light, the first of them by name."""
-    return f"Occluders: {first_of(names, _NAMED) or 'none'}"
+    return say("Occluders: {}", first_of(names, _NAMED) or say("none"))
 
 
 def _counted(objects: int) -> str:
-    return "1 object" if objects == 1 else f"{objects} objects"
+    return say("1 object") if objects == 1 else say("{} objects", objects)
 
 
 CLASSES = (

@@ -25,6 +25,7 @@ from .operators import (
 from .outputs import CHANNEL, PACKED, SAVED
 from .presets import OCCLUSION_BAKE_PT_presets
 from .settings import OcclusionBakeSettings, by_rays
+from .words import say
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
 _FRAME, _LETTER = 56.0, 5.7
@@ -87,7 +88,7 @@ def draw_button(layout: bpy.types.UILayout, operator: str, icon: str) -> None:
     row.operator(OCCLUSION_BAKE_OT_cancel.bl_idname, text="", icon="X")
     column = layout.column(align=True)
     for words in progress_words(progress):
-        column.label(text=words)
+        column.label(text=words, translate=False)
     _draw_queue(column)
 
 
@@ -102,9 +103,9 @@ def _draw_queue(column: bpy.types.UILayout) -> None:
     done = sum(state in (DONE, REFUSED) for _, state in states)
     first = max(min(done - _LISTED // 2, len(states) - _LISTED), 0)
     column.separator()
-    column.label(text=f"{done} of {len(states)} objects done")
+    column.label(text=say("{} of {} objects done", done, len(states)), translate=False)
     for name, state in states[first : first + _LISTED]:
-        column.label(text=name, icon=_STATES[state])
+        column.label(text=name, icon=_STATES[state], translate=False)
 
 
 class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
@@ -116,10 +117,10 @@ class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         column = self.layout.column(align=True)
         column.scale_y = 0.8
-        lines = context.window_manager.occlusion_bake.lines or "None yet"
+        lines = context.window_manager.occlusion_bake.lines or say("None yet")
         for line in lines.split("\n"):
             for part in wrap(line, _letters(context), subsequent_indent="   "):
-                column.label(text=part)
+                column.label(text=part, translate=False)
         if context.window_manager.occlusion_bake.overlapping:
             self.layout.operator(OCCLUSION_BAKE_OT_select_overlap.bl_idname, icon="RESTRICT_SELECT_OFF")
 
@@ -165,7 +166,7 @@ class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
         objects = context.view_layer.objects if found is None else found
         names = [obj.name for obj in islice(filter(may_occlude, objects), _LISTED + 1)]
         for name in names[:_LISTED]:
-            column.label(text=name, icon="OBJECT_DATA")
+            column.label(text=name, icon="OBJECT_DATA", translate=False)
         if len(names) > _LISTED:
             column.label(text="and more")
         if context.scene.occlusion_bake.occluders in ("SELF", "COLLECTION"):
@@ -227,7 +228,7 @@ class OCCLUSION_BAKE_PT_image(bpy.types.Panel):
         return is_ours(context.edit_image)
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.layout.label(text=context.edit_image[MARK].replace("/", ", "), icon="OBJECT_DATA")
+        self.layout.label(text=context.edit_image[MARK].replace("/", ", "), icon="OBJECT_DATA", translate=False)
         draw_button(self.layout, OCCLUSION_BAKE_OT_again.bl_idname, "FILE_REFRESH")
 
 

@@ -13,6 +13,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.addon import words  # noqa: E402
 from occlusion_bake.addon.arguments import parser, settings_of  # noqa: E402
 from occlusion_bake.addon.beside import ao_alone, child_arguments  # noqa: E402
 from occlusion_bake.addon.charting import CHART_MAP  # noqa: E402
@@ -377,3 +378,14 @@ def test_the_images_are_the_commands_files_bit_for_bit(
     for name, image in images.items():
         assert image[:16, 32:].mean() < image[16:, :32].mean() - 0.02  # the wall is on the right, in the upper half
         np.testing.assert_array_equal(read_image(result.folder / f"Floor_{name}.exr")[0][..., 0], image)
+
+
+def test_what_is_shown_can_be_translated(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A dictionary of another language reaches the lines that are put together from values, too."""
+    german = {"Occluders: {}": "Verdecker: {}", "Error: {}": "Fehler: {}", "none": "keine"}
+    monkeypatch.setattr(words, "pgettext_rpt", lambda text: german.get(text, text))
+    make.plane("Floor")
+    select(bpy.data.objects["Floor"])
+    assert press() == {"FINISHED"}
+    assert "Verdecker: Floor" in lines()
+    assert [line for line in lines() if line.startswith("Fehler: AO ±")]
