@@ -151,7 +151,7 @@ def batched(floor: Any, folder: Path, name: str) -> Waits:
     chosen.layout, chosen.uv = "ATLAS", "CHARTS" if has_xatlas() else "SMART"
     yield from press("occlusion_bake.bake")
     yield from until(lambda: "tracing" in stage(), 60.0, "an atlas' tracing")
-    yield 0.3
+    yield 1.0  # panels grow slowly
     picture(str(folder / f"{name}_queue.png"))
     yield from ended("pressing the button for four objects")
     check("Atlas AO" in image_names(), f"no atlas: {image_names()}; {lines()}")
