@@ -91,7 +91,9 @@ class LongOperator:
             finished = self._runner.poll()
         except _FORESEEN as error:
             self._end(context)
-            return self._failed(context, error)
+            # Where the cure is to press once more, no pop-up may lie over the button.
+            asked = context.window_manager.occlusion_bake.asked
+            return self._failed(context, error, "WARNING" if asked else "ERROR")
         except BaseException:
             self._end(context)
             raise
@@ -133,7 +135,7 @@ class LongOperator:
             workspace.status_text_set(None)
         redraw(context, "VIEW_3D", "IMAGE_EDITOR")
 
-    def _failed(self: Any, context: bpy.types.Context, error: BaseException) -> set[str]:
+    def _failed(self: Any, context: bpy.types.Context, error: BaseException, level: str = "ERROR") -> set[str]:
         if isinstance(error, Cancelled):
             self.report({"INFO"}, "Cancelled; nothing was changed")
             return {"CANCELLED"}
@@ -141,7 +143,7 @@ class LongOperator:
         if isinstance(error, ReferenceError):
             line = "What was being baked was removed, perhaps by an undo; bake again"
         show_lines(context, [line])
-        self.report({"ERROR"}, line)
+        self.report({level}, line)
         return {"CANCELLED"}
 
 
