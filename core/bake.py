@@ -209,6 +209,11 @@ class Baker:
 
     def _share_inside(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
         own = self._occluders.number_of(target, frame)
+        if target.name in self._scene.highs:  # of one high mesh the faces are as its own; several may well overlap
+            (first, *more) = self._scene.highs[target.name].meshes
+            own = -1 if more else self._occluders.number_of(first, frame)
+            if own < 0:
+                return 0.0
         if not frame.holds_others(own):
             return 0.0
         control = self._progress.enter(f"{target.name}: looking for meshes around it", _INSIDE)

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from .scene import Doubles, Floats, Instance, Mesh, zero_area
 
 FIRST, ACROSS, DOWN = 1001, 10, 100  # ten tiles in a row; 2000 is the last that is in use
-_PLACES, _MOST = 1 << 12, 0.9  # copies lie on the same of so many places a side; so many triangles are "most"
+_PLACES = 1 << 12  # a side: copies lie on the same of them
+_MANY, _MOST = 32, 0.9  # triangles
 _SLACK = 1e-5  # of a tile: UVs on a border may be rounded past it
 
 
@@ -37,9 +38,12 @@ def tiles_of(mesh: Mesh) -> list[int]:
 
 
 def _are_copies(uv: Doubles, tile: NDArray[np.int64]) -> bool:
-    """Whether most of the triangles beyond the first tile lie upon one of its own, by their middles."""
+    """Whether most of the triangles beyond the first tile, where there are many, lie upon one of its own, by their
+    middles. A few that fill their tiles each do, too."""
     places = np.rint(uv.mean(axis=1) * _PLACES).astype(np.int64) @ np.array([1 << 24, 1])
     beyond = tile != FIRST
+    if np.count_nonzero(beyond) < _MANY:
+        return False
     return float(np.isin(places[beyond], places[~beyond]).mean()) > _MOST
 
 

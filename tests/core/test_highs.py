@@ -130,6 +130,16 @@ def test_the_extrusion_follows_the_size(shapes: Any) -> None:
     assert small == pytest.approx(AUTOMATIC * np.sqrt(12.0), rel=1e-2)
 
 
+def test_parts_of_the_high_mesh_within_one_another_are_no_other_meshes(shapes: Any) -> None:
+    """A ball half sunk into another of the same mesh lies inside nothing else; in a mesh of its own it would."""
+    low = shapes.instance(shapes.sphere(segments=32, name="low"))
+    ball, sunk = shapes.sphere(segments=64, smooth=False), shapes.sphere((0.9, 0, 0), 0.5, 64, smooth=False)
+    one = shapes.instance(shapes.joined([ball, sunk], "one"))
+    assert baked(low, one, extrusion=0.1).inside == 0.0
+    around = shapes.instance(shapes.sphere(radius=3.0, segments=32, name="around"))
+    assert baked(low, one, extrusion=0.1, others=[around]).inside == 1.0
+
+
 def test_alone_is_with_its_own_high_meshes(shapes: Any) -> None:
     """Two pairs side by side, the one's high mesh a lid over both: alone, it is over its own low one only."""
     lows = [shapes.instance(shapes.plane(1.0, name=f"low {i}")) for i in range(2)]

@@ -48,12 +48,14 @@ def test_a_texture_that_repeats_is_none(shapes: Any) -> None:
 
 def test_copies_moved_aside_are_none(shapes: Any) -> None:
     """Mirrored halves and repeated parts, a whole tile away: they show the first tile's texture."""
-    quad, moved = shapes.plane(1.0), shapes.plane(1.0, 1.0)
+    ball, quad = shapes.sphere(segments=16), shapes.plane(1.0)
     for offset in ((1, 0), (0, 1), (3, 2)):
-        both = shapes.joined([quad, replace(moved, uv=moved.uv + np.float32(offset))])
-        assert tiles_of(both) == []
-    turned = replace(moved, uv=(np.float32([1, 1]) - moved.uv[::-1, ::-1]) * np.float32(0.7) + np.float32([1, 0]))
-    assert tiles_of(shapes.joined([quad, turned])) == [1001, 1002]
+        moved = replace(ball, uv=ball.uv + np.float32(offset))
+        assert tiles_of(shapes.joined([ball, moved])) == []
+    other = replace(ball, uv=ball.uv * np.float32(0.7) + np.float32([1, 0]))
+    assert tiles_of(shapes.joined([ball, other])) == [1001, 1002]
+    full = [replace(quad, uv=quad.uv + np.float32([i, 0])) for i in range(3)]  # a wall of three squares
+    assert tiles_of(shapes.joined(full)) == [1001, 1002, 1003]
 
 
 def test_uvs_on_the_border_belong_to_their_triangle(shapes: Any) -> None:
