@@ -91,6 +91,8 @@ def _check_sources(options: Any) -> None:
         raise InputError("--cage: is of an object that is baked from others; give those in --highs")
     if options.extrusion is not None and not options.extrusion > 0.0:
         raise InputError(f"--extrusion {options.extrusion:g}: give a length above 0")
+    if options.atlas and options.color_attributes:
+        raise InputError("--atlas: color attributes are no images; leave out one of the two")
     if options.into and options.color_attributes:
         raise InputError("--into: color attributes are no images; leave out one of the two")
     if options.color_attributes and options.color_attributes.suffix != ".blend":

@@ -86,8 +86,16 @@ def child_arguments(options: Options, samples: int, folder: Path, report: Path) 
     words += ["--margin", "0", "--threads", str(chosen.threads), "--seed", str(chosen.seed)]
     words += ["--output", str(folder), "--report", str(report), "--compare-cycles", str(samples)]
     words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []
-    words += ["--occluders", *words_of(options.occluding)] + ["--ground"] * options.occluding.ground
+    words += ["--occluders", *_occluders(options)] + ["--ground"] * options.occluding.ground + ["--no-udim"]
     return words + ([f"--uv={options.uv}"] if options.uv is not None else [])
+
+
+def _occluders(options: Options) -> list[str]:
+    """As the command takes them; less those that stand for others."""
+    occluding = options.occluding
+    if occluding.names is not None or occluding.alone or not occluding.less:
+        return words_of(occluding)
+    return [obj.name for obj in bpy.context.view_layer.objects if occluding.counts(obj.name)]
 
 
 def _wait_for(command: list[str], log: Path, progress: Progress) -> None:

@@ -12,17 +12,18 @@ import numpy as np
 
 from ..core.apart import unwrap_apart
 from ..core.charts import Charts, has_unwrapper
+from ..core.clock import timed
 from ..core.errors import InputError, NoUnwrapper
 from ..core.progress import Progress
 from ..core.scene import Doubles, Floats
-from .clock import timed
-from .extract import BaseTriangles, base_triangles, matrix_of, synced, write_uv
+from .extract import BaseTriangles, base_triangles, check_room, matrix_of, object_mode, synced, write_uv
 from .smart import smart_unwrap
 
 CHARTS, SMART = "charts", "smart"  # as the UV map of the options: make one, by xatlas or by Blender
 CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"  # and what it is called
 MARKS = {CHART_MAP: "occlusion_bake_charts", ATLAS_MAP: "occlusion_bake_atlas"}  # on a mesh: what a map was made for
 _PADDING = 4
+_ROUNDED = 1e-5  # of an object's scale: float32 matrices that are turned differ by less
 
 
 def layer_of(uv: str | None) -> str | None:
@@ -65,20 +66,16 @@ class Charting:
 
 def chart_steps(context: bpy.types.Context, names: Sequence[str], charting: Charting, progress: Progress) -> _Unwraps:
     """Give chart UVs to the meshes of the named objects that need them; for a `Runner`. Raises Cancelled."""
-    charting.layer = None if charting.uv in (CHARTS, SMART) else charting.uv
+    charting.layer = layer_of(charting.uv)
     objects = synced(context.view_layer)
     found = [objects[name] for name in names if name in objects and _has_faces(objects[name])]
     wanting = [obj for obj in found if _wants_charts(obj, charting)]
-    if not wanting:
-        return
-    if charting.atlas:  # one that wants charts is enough: those of the others leave no room for them
+    if charting.atlas and wanting:  # one is enough: the maps of the others leave no room for its charts
         charting.layer = charting.where
-        yield from _charts_of(context, [obj.name for obj in found], charting, progress)
-        return
-    for sharing in _by_mesh(wanting):
-        yield from _charts_of(context, sharing, charting, progress)
-    if charting.uv in (CHARTS, SMART):
-        charting.layer = charting.where
+        yield from _charts_of(context, _fit_for_atlas(context, found, charting), charting, progress)
+    elif not charting.atlas:
+        for sharing in _by_mesh(wanting):
+            yield from _charts_of(context, sharing, charting, progress)
 
 
 def _has_faces(obj: bpy.types.Object) -> bool:
@@ -87,7 +84,7 @@ def _has_faces(obj: bpy.types.Object) -> bool:
 
 def _wants_charts(obj: bpy.types.Object, charting: Charting) -> bool:
     layers = obj.data.uv_layers
-    own = layers.active is not None and layers.active.name == charting.where
+    own = own_active(obj.data) is not None
     return charting.uv in (CHARTS, SMART) or (charting.uv is None and (len(layers) == 0 or own))
 
 
@@ -101,6 +98,8 @@ def _by_mesh(objects: Sequence[bpy.types.Object]) -> list[list[str]]:
 
 def _charts_of(context: bpy.types.Context, names: list[str], charting: Charting, progress: Progress) -> _Unwraps:
     """Charts for objects of one mesh, or of an atlas; where they cannot have any, those are refused."""
+    if not names:
+        return
     title = charting.atlas or names[0]
     progress.enter(f"{title}: making UV charts")
     try:
@@ -117,30 +116,77 @@ def _charts_of(context: bpy.types.Context, names: list[str], charting: Charting,
 def _make(
     context: bpy.types.Context, title: str, names: list[str], charting: Charting, progress: Progress
 ) -> Generator[Callable[[], Any], Any, str]:
-    """One layout for the meshes of these objects. Returns what to say of it, nothing where the one made before fits."""
+    """One layout for the meshes of these objects. Returns what to say of it, nothing where one made before fits."""
     parts = _parts(context, names, charting)
-    mark = _fingerprint(parts, charting)
-    if all(_fits(part.mesh, charting, f"{mark}{i}") for i, part in enumerate(parts)):
-        return ""
+    for by_blender in _accepted(charting):
+        mark = _fingerprint(parts, charting, by_blender)
+        if all(_fits(part.mesh, charting, f"{mark}{i}") for i, part in enumerate(parts)):
+            for part in parts:
+                _prefer(part.mesh, charting.where)
+            return ""
     for part in parts:
         _refuse_linked(part.obj)
+    mark = _fingerprint(parts, charting, charting.by_blender)
     if charting.by_blender:
-        layouts = smart_unwrap(
-            context, [part.obj for part in parts], _PADDING / max(charting.size), in_world=bool(charting.atlas)
-        )
-        said = "charts by Smart UV Project"
+        margin = _PADDING / min(charting.size)
+        layouts = smart_unwrap(context, [part.obj for part in parts], margin, in_world=bool(charting.atlas))
+        said = f"charts by Smart UV Project in the UV map {charting.where}"
     else:
         charts = yield from _unwrapped(title, parts, charting, progress)
         layouts = np.split(charts.uv, np.cumsum([len(part.base.triangles) for part in parts])[:-1])
-        said = f"{charts.count} charts"
-        fit = f", stretch {charts.stretch.l2:.3f}, {100.0 * charts.utilisation:.0f} % of the image used"
+        said = (
+            f"{charts.count} charts in the UV map {charting.where}, stretch {charts.stretch.l2:.3f}, "
+            f"{100.0 * charts.utilisation:.0f} % of the image used"
+        )
     again = _parts(context, names, charting)  # the artist, or an undo, may have been at it
-    if _fingerprint(again, charting) != mark:
+    if _fingerprint(again, charting, charting.by_blender) != mark:
         raise InputError(f"{title}: it was changed while its charts were made; start again")
-    for i, (part, layout) in enumerate(zip(again, layouts, strict=True)):
-        write_uv(context, part.obj, charting.where, layout, part.base.loops)
-        part.mesh[MARKS[charting.where]] = f"{mark}{i}"
-    return f"{title}: {said} in the UV map {charting.where}{'' if charting.by_blender else fit}"
+    with object_mode(context):
+        for i, (part, layout) in enumerate(zip(again, layouts, strict=True)):
+            write_uv(context, part.obj, charting.where, layout, part.base.loops)
+            part.mesh[MARKS[charting.where]] = f"{mark}{i}"
+            _prefer(part.mesh, charting.where)
+    return f"{title}: {said}"
+
+
+def _accepted(charting: Charting) -> list[bool]:
+    """Whose charts, made before, may stay: by Blender or not."""
+    if charting.by_blender:
+        return [True]
+    return [False] if charting.uv == CHARTS and has_unwrapper() else [False, True]
+
+
+def own_active(mesh: bpy.types.Mesh) -> str | None:
+    """The mesh's active UV map where that is one of ours: it need not be the one that is rendered by."""
+    active = mesh.uv_layers.active
+    return str(active.name) if active is not None and active.name in MARKS else None
+
+
+def _prefer(mesh: bpy.types.Mesh, name: str) -> None:
+    """Of our own maps the last that was baked onto is active; an artist's stays so."""
+    if mesh.library is None and own_active(mesh) is not None:
+        mesh.uv_layers.active = mesh.uv_layers[name]
+
+
+def _fit_for_atlas(context: bpy.types.Context, objects: Sequence[bpy.types.Object], charting: Charting) -> list[str]:
+    """Names of the objects whose meshes can have charts in it; the others are refused."""
+    fit: list[str] = []
+    taken: dict[int, str] = {}
+    for obj in objects:
+        try:
+            _refuse_linked(obj)
+            if (other := taken.setdefault(obj.data.as_pointer(), obj.name)) != obj.name:
+                raise InputError(
+                    f"{obj.name}: it shares its mesh with {other}, and in an atlas each needs UVs of its own; make it "
+                    "a single user (Object > Relations > Make Single User > Object & Data)"
+                )
+            _parts(context, [obj.name], charting)
+            check_room(obj, charting.where)
+        except InputError as refusal:
+            charting.refused[obj.name] = refusal
+        else:
+            fit.append(obj.name)
+    return fit
 
 
 def _unwrapped(
@@ -177,39 +223,34 @@ class _Part:
 
 
 def _parts(context: bpy.types.Context, names: Sequence[str], charting: Charting) -> list[_Part]:
-    """Raises InputError for an object that is not there by now, and for meshes that an atlas cannot hold."""
+    """Raises InputError for an object that is not there by now, and for one that an atlas cannot hold."""
     objects, parts = synced(context.view_layer), []
-    if charting.atlas:
-        _refuse_shared([objects.get(name) for name in names])
-    for name in names:
-        obj = objects.get(name)
-        if obj is None:
-            raise InputError(f"{name}: it was removed while its charts were made; start again")
-        base = base_triangles(context, obj)
-        vertices = base.vertices
-        if charting.atlas:
-            vertices = (vertices @ _size_of(name, obj).T).astype(np.float32)
-            if not np.isfinite(vertices).all():
-                raise InputError(f"{name}: some vertices are not finite numbers; delete them, or leave it out")
-        parts.append(_Part(obj, base, vertices))
+    with object_mode(context):
+        for name in names:
+            obj = objects.get(name)
+            if obj is None:
+                raise InputError(f"{name}: it was changed while its charts were made; start again")
+            base = base_triangles(context, obj)
+            vertices = base.vertices
+            if charting.atlas:
+                vertices = (vertices @ _stretch_of(name, obj).T).astype(np.float32)
+                if not np.isfinite(vertices).all():
+                    raise InputError(f"{name}: some vertices are not finite numbers; delete them, or leave it out")
+            parts.append(_Part(obj, base, vertices))
     return parts
 
 
-def _size_of(name: str, obj: bpy.types.Object) -> Doubles:
-    """(3, 3): how an object lies in the world, but for its place, and never mirrored."""
-    linear: Doubles = matrix_of(obj.matrix_world)[:3, :3]
+def _stretch_of(name: str, obj: bpy.types.Object) -> Doubles:
+    """(3, 3): how large an object is in the world, each way, whichever way it is turned: the symmetric factor of its
+    matrix' polar decomposition, rounded so that turning it changes no charts."""
+    linear = matrix_of(obj.matrix_world)[:3, :3]
     if not np.isfinite(linear).all():
         raise InputError(f"{name}: its transform is not finite; clear the rotation or scale that is not")
-    return linear if np.linalg.det(linear) >= 0.0 else linear @ np.diag([-1.0, 1.0, 1.0])
-
-
-def _refuse_shared(objects: Sequence[bpy.types.Object | None]) -> None:
-    for names in _by_mesh([obj for obj in objects if obj is not None]):
-        if len(names) > 1:
-            raise InputError(
-                f"{names[0]}, {names[1]}: they share a mesh, and in an atlas each needs UVs of its own; make them "
-                "single users (Object > Relations > Make Single User > Object & Data)"
-            )
+    squares, axes = np.linalg.eigh(linear.T @ linear)
+    stretch = (axes * np.sqrt(np.maximum(squares, 0.0))) @ axes.T
+    step = _ROUNDED * max(float(np.abs(stretch).max()), 1e-300)
+    rounded: Doubles = np.rint(stretch / step) * step
+    return rounded
 
 
 def _refuse_linked(obj: bpy.types.Object) -> None:
@@ -217,7 +258,7 @@ def _refuse_linked(obj: bpy.types.Object) -> None:
     if obj.data.library is not None:
         where = obj.data.library.filepath
         raise InputError(
-            f"{obj.name}: its mesh is linked from {where} and has no UV map; make it local or unwrap it there"
+            f"{obj.name}: its mesh is linked from {where} and can be given no UV map; make it local or unwrap it there"
         )
 
 
@@ -226,9 +267,9 @@ def _fits(mesh: bpy.types.Mesh, charting: Charting, mark: str) -> bool:
     return mesh.get(MARKS[charting.where]) == mark and charting.where in mesh.uv_layers
 
 
-def _fingerprint(parts: Sequence[_Part], charting: Charting) -> str:
+def _fingerprint(parts: Sequence[_Part], charting: Charting, by_blender: bool) -> str:
     """Tells whether charts made before still fit."""
-    how = repr((charting.size, SMART)) if charting.by_blender else repr(charting.size)
+    how = repr((charting.size, SMART)) if by_blender else repr(charting.size)
     digest = hashlib.blake2b(how.encode(), digest_size=16)
     for part in parts:
         for array in (part.vertices, part.base.triangles, part.base.polygons):

@@ -191,6 +191,7 @@ class _Writer:
         self.cycles_seconds = 0.0
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
         self._context, self._options, self._chosen, self._settings = context, options, chosen, chosen.settings
+        self._said: set[str] = set()
         self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.atlas
 
     def deliver(self, result: Result) -> None:
@@ -203,7 +204,11 @@ class _Writer:
             self.uncompared.append(
                 f"{result.name}: Cycles is compared with on an object's own surface; leave out its highs"
             )
-        elif self._options.compare_cycles and result.baked.tile in (None, FIRST):
+        elif self._options.compare_cycles and result.baked.tile not in (None, FIRST):
+            self.uncompared.append(
+                f"{result.name}: it has no texel in tile {FIRST}, which alone is compared; move its UVs"
+            )
+        elif self._options.compare_cycles:
             self._compare(result.target, result.baked, stem, entries[0])
 
     def _write(self, result: Result, baked: Baked, stem: str) -> Json:
@@ -214,7 +219,9 @@ class _Writer:
         baked.seconds["write"] = time.perf_counter() - start
         entry = object_entry(baked, files)
         for line in baked.warnings:
-            _say(f"{NAME}: {line}")
+            if line not in self._said:  # of each tile of a UDIM layout
+                _say(f"{NAME}: {line}")
+            self._said.add(line)
         _say(_summary(entry))
         return entry
 

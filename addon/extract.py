@@ -25,6 +25,7 @@ from .occluding import EVERYTHING, Occluding
 from .pairs import HighNames
 
 Warn = Callable[[str], None]
+_MOST_LAYERS = 8  # UV maps of a mesh
 
 
 def extract(
@@ -284,9 +285,7 @@ def _read_scene(depsgraph: bpy.types.Depsgraph, wanted: _Wanted, occluding: Occl
     baked = {found.targets[obj.as_pointer()][1] for obj in wanted.targets}
     chosen = {key: name for name, key, _, _ in found.targets.values()}
     meshes = {
-        key: _read_surface(mesh, chosen[key], wanted.uv if key in baked else None)
-        if key in chosen
-        else _read_shape(mesh)
+        key: _read_surface(mesh, chosen[key], wanted.uv, unwrapped=key in baked) if key in chosen else _read_shape(mesh)
         for key, mesh in found.meshes.items()
     }
 
@@ -394,10 +393,11 @@ def _read_shape(mesh: bpy.types.Mesh) -> Mesh:
     return Mesh(mesh.name, _positions(mesh), _vertices_of(mesh, corners_of(mesh)))
 
 
-def _read_surface(mesh: bpy.types.Mesh, owner: str, uv: str | None) -> Mesh:
+def _read_surface(mesh: bpy.types.Mesh, owner: str, uv: str | None, *, unwrapped: bool) -> Mesh:
+    """unwrapped: with its UVs, where it has faces; one without is refused for that."""
     corners = corners_of(mesh)
     vertices, triangles = _positions(mesh), _vertices_of(mesh, corners)
-    layer = _uv_layer(mesh, owner, uv)
+    layer = _uv_layer(mesh, owner, uv) if unwrapped and len(corners) else None
     layout = None if layer is None else _values(layer.uv, "vector", len(mesh.loops), 2)[corners]
     return Mesh(mesh.name, vertices, triangles, layout, _normals(mesh, vertices, triangles, corners), corners)
 
@@ -519,6 +519,13 @@ def base_triangles(context: bpy.types.Context, obj: bpy.types.Object) -> BaseTri
     with object_mode(context):
         loops = corners_of(mesh)
         return BaseTriangles(_positions(mesh), _vertices_of(mesh, loops), loops, _polygons(mesh))
+
+
+def check_room(obj: bpy.types.Object, layer_name: str) -> None:
+    """Refuse a mesh that has no room for another UV map. Raises InputError."""
+    layers = obj.data.uv_layers
+    if layer_name not in layers and len(layers) >= _MOST_LAYERS:
+        raise InputError(f"{obj.name}: Blender has no room for another UV map on its mesh; remove one")
 
 
 def write_uv(

@@ -10,15 +10,15 @@ from typing import Any
 
 import bpy
 
-from ..core.atlas import in_one
+from ..core.atlas import Atlas
 from ..core.bake import Baked, Baker, Settings
+from ..core.clock import timed
 from ..core.corners import with_corner_cells
 from ..core.errors import InputError
 from ..core.progress import Progress
 from ..core.scene import Instance, Scene
 from ..core.tiles import tiles_of
 from .charting import Charting, chart_steps
-from .clock import timed
 from .colours import check_colours
 from .extract import Warn, extract, synced
 from .occluding import EVERYTHING, Occluding
@@ -124,16 +124,20 @@ def bake_steps(
     with timed(outcome.seconds, "extract"):
         scene = _read(context, names, options, outcome)
     outcome.scene = scene
-    outcome.baker = Baker(scene, options.settings, progress)
+    # The margin of an atlas is filled once, when all objects are in it.
+    settings = replace(options.settings, margin=0) if options.atlas else options.settings
+    outcome.baker = Baker(scene, settings, progress)
     tiles = {target.name: _tiles(target, options) for target in scene.targets}
     progress.expect(sum(map(len, tiles.values())))
-    in_atlas: list[Result] = []
+    atlas, in_atlas = Atlas(options.atlas), []
     for target in scene.targets:
         outcome.states[target.name] = BAKING
         try:
             result = yield from _bake_one(context, target, tiles[target.name], options, progress, outcome)
             if options.atlas:
-                in_atlas.append(result)
+                atlas.add(result.baked)
+                in_atlas.append(result.target)
+                outcome.states[target.name] = DONE
                 continue
             deliver(result)
         except InputError as refusal:
@@ -141,7 +145,11 @@ def bake_steps(
         else:
             outcome.finish(target.name)
     if in_atlas:
-        yield from _deliver_atlas(in_atlas, options, outcome, deliver)
+        whole: Baked = yield partial(atlas.finish, options.settings.margin)
+        deliver(Result(options.atlas, tuple(in_atlas), (whole,)))
+        for target in in_atlas:
+            if outcome.states[target.name] != REFUSED:
+                outcome.finish(target.name)
     outcome.seconds["total"] = time.perf_counter() - start
     if not outcome.finished:
         raise InputError(outcome.complaint(len(options.objects)))
@@ -176,6 +184,7 @@ def _bake_one(
     assert outcome.scene is not None and outcome.baker is not None
     baker, laid_out = outcome.baker, target
     if options.colours:
+        _refuse_second_of_a_mesh(context, target, outcome)
         baker, laid_out = _corner_baker(context, outcome.scene, target, options, progress)
     bakes = []
     for tile in tiles:
@@ -185,15 +194,16 @@ def _bake_one(
     return Result(target.name, (laid_out,), tuple(bakes))
 
 
-def _deliver_atlas(
-    parts: Sequence[Result], options: Options, outcome: Outcome, deliver: Deliver
-) -> Generator[Callable[[], Any], Any, None]:
-    """All objects' bakes as one."""
-    bakes = [part.baked for part in parts]
-    whole: Baked = yield partial(in_one, options.atlas, bakes, options.settings.margin)
-    deliver(Result(options.atlas, tuple(part.target for part in parts), (whole,)))
-    for part in parts:
-        outcome.finish(part.name)
+def _refuse_second_of_a_mesh(context: bpy.types.Context, target: Instance, outcome: Outcome) -> None:
+    """Colours belong to the mesh, and of objects that share one the last would take them from the others."""
+    objects = synced(context.view_layer)
+    mesh = objects[target.name].data
+    for name in outcome.finished:
+        if objects.get(name) is not None and objects[name].data == mesh:
+            raise InputError(
+                f"{target.name}: it shares its mesh, and with it the colors, with {name}; make it a single user "
+                "(Object > Relations > Make Single User > Object & Data)"
+            )
 
 
 def _tiles(target: Instance, options: Options) -> list[int | None]:

@@ -23,7 +23,7 @@ from ..core.scene import Instance
 from . import overlay
 from .beside import compare_here, compare_in_child
 from .chart_map import charts_on_trial
-from .charting import CHARTS, SMART
+from .charting import CHARTS, SMART, own_active
 from .choice import Order, chosen_objects, is_ours, keep_order, order_again, order_of
 from .colours import store_colours
 from .editor import show_in_editor
@@ -87,15 +87,17 @@ class _BakeOperator(LongOperator):
         chosen = {name: objects[name].session_uid for name in options.objects}
 
         def deliver(result: Result) -> None:
-            found = [_still_there(target, chosen[target.name], outcome) for target in result.targets]
-            put(result, found, order, outcome.charting.layer)
-            for obj, target in zip(found, result.targets, strict=True):
+            found = _still_there(result, chosen, outcome)
+            put(result, [obj for obj, _ in found], order, outcome.charting.layer)
+            for obj, target in found:
                 overlay.show(obj, target, result.bakes)
             for baked in result.bakes:
-                for line in baked.warnings:
-                    self.report({"WARNING"}, line)
-                add_lines(context, [*result_lines(baked), *baked.warnings])
+                add_lines(context, result_lines(baked))
                 context.window_manager.occlusion_bake.overlapping |= baked.overlapped > 0
+            warnings = list(dict.fromkeys(line for baked in result.bakes for line in baked.warnings))
+            add_lines(context, warnings)
+            for line in warnings:
+                self.report({"WARNING"}, line)
 
         return deliver
 
@@ -273,14 +275,25 @@ def _ask_for_second_press(context: bpy.types.Context, outcome: Outcome) -> None:
     context.window_manager.occlusion_bake.asked = any(isinstance(each, NoUnwrapper) for each in refused)
 
 
-def _still_there(target: Instance, uid: int, outcome: Outcome) -> bpy.types.Object:
-    """The object that was baked. Raises InputError where the artist has removed it, or its charts, in the meantime."""
-    obj = next((each for each in bpy.data.objects if each.session_uid == uid), None)
-    if obj is None:
-        raise InputError(f"{target.name}: removed during the bake; its image was left as it was")
-    if target.name in outcome.charting.made and outcome.charting.where not in obj.data.uv_layers:
-        raise InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
-    return obj
+def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> list[tuple[bpy.types.Object, Instance]]:
+    """The objects that were baked, by their session_uid. Of an atlas those that the artist has removed, or whose
+    charts, are refused; raises InputError where none is left."""
+    found = []
+    for target in result.targets:
+        obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
+        if obj is None:
+            refusal = InputError(f"{target.name}: removed during the bake; its image was left as it was")
+        elif target.name in outcome.charting.made and outcome.charting.where not in obj.data.uv_layers:
+            refusal = InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
+        else:
+            found.append((obj, target))
+            continue
+        if len(result.targets) == 1:
+            raise refusal
+        outcome.refuse(target.name, refusal)
+    if not found:
+        raise InputError(f"{result.name}: its objects were removed during the bake; its image was left as it was")
+    return found
 
 
 def put(result: Result, objects: Sequence[bpy.types.Object], order: Order, layer: str | None) -> None:
@@ -294,7 +307,7 @@ def put(result: Result, objects: Sequence[bpy.types.Object], order: Order, layer
         return
     keep_order(order, images)
     for obj in objects:
-        hook_up(obj, images, layer, preview=order.preview, gltf=order.gltf)
+        hook_up(obj, images, layer or own_active(obj.data), preview=order.preview, gltf=order.gltf)
 
 
 def result_lines(baked: Baked) -> list[str]:

@@ -24,8 +24,8 @@ def smart_unwrap(
     Returns (T, 3, 2) float32 UVs for each, by the triangles of `base_triangles`.
     """
     with object_mode(context), _copies(context, objects, in_world) as copies:
-        bpy.ops.object.mode_set(mode="EDIT")
         try:
+            _enter_edit_mode(context)
             bpy.ops.mesh.reveal(select=False)
             bpy.ops.mesh.select_all(action="SELECT")
             bpy.ops.uv.smart_project(
@@ -34,6 +34,12 @@ def smart_unwrap(
         finally:
             bpy.ops.object.mode_set(mode="OBJECT")
         return [_layout(copy.data) for copy in copies]
+
+
+def _enter_edit_mode(context: bpy.types.Context) -> None:
+    """With all that is selected: under a view in local mode Blender would leave out what that does not show."""
+    with context.temp_override(area=None, region=None):
+        bpy.ops.object.mode_set(mode="EDIT")
 
 
 @contextmanager
@@ -50,9 +56,12 @@ def _copies(
             obj.select_set(False)
         for obj in objects:
             copy = bpy.data.objects.new(obj.name, obj.data.copy())
+            copies.append(copy)
+            if copy.data.shape_keys is not None:  # or Edit Mode would show one of them
+                copy.shape_key_clear()
+            copy.data.materials.clear()  # the operator corrects for the aspect of their textures
             if in_world:  # the operator does not look at the objects' scale
                 copy.data.transform(obj.matrix_world)
-            copies.append(copy)
             _bare(copy.data)
             scene.collection.objects.link(copy)
             copy.select_set(True)

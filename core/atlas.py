@@ -1,8 +1,6 @@
-"""Several objects in one image: their bakes put together."""
+"""Several objects in one image: their bakes put together, each as soon as it is there."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,51 +9,83 @@ from .finish import fill_margin
 from .scene import Floats
 
 
-def in_one(name: str, parts: Sequence[Baked], margin: int) -> Baked:
-    """The bakes of several objects, of one size and with the same maps, as one image. margin: texels, filled anew.
+class Atlas:
+    """Bakes of several objects, of one size and with the same maps, as one image; none of them is kept.
 
     A texel that several cover shows the last of them, and counts as overlapped. The error is that over the texels of
     all; its p99 is the largest of theirs, and so a bound.
     """
-    first = parts[0]
-    maps = {key: _map_of([each.maps[key] for each in parts], margin) for key in first.maps}
-    texels = int(np.count_nonzero(next(iter(maps.values())).covered))
-    shared = sum(each.texels for each in parts) - texels if len(parts) > 1 else 0
-    overlapped = sum(each.overlapped for each in parts) + shared
-    weights = [each.texels / max(sum(each.texels for each in parts), 1) for each in parts]
-    inside, turned = (
-        sum(weight * float(getattr(each, share)) for weight, each in zip(weights, parts, strict=True))
-        for share in ("inside", "turned")
-    )
-    seconds: dict[str, float] = {}
-    for each in parts:
-        for stage, took in each.seconds.items():
-            seconds[stage] = seconds.get(stage, 0.0) + took
-    warnings = [line for each in parts for line in each.warnings]
-    if shared > 0:
-        warnings.append(
-            f"{name}: objects overlap one another in the UV map on {shared} of {texels} texels; "
-            "each shows one of them: bake with new charts, or move them apart"
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._whole: Baked | None = None
+        self._maps: dict[str, _Map] = {}
+
+    def add(self, part: Baked) -> None:
+        """The next object's bake."""
+        before = self._whole
+        for name, each in part.maps.items():
+            self._maps.setdefault(name, _Map(each)).add(each)
+        whole = before or Baked(self._name, part.width, part.height, 0, 0, {})
+        texels = whole.texels + part.texels
+        whole.inside = _mean(whole.inside, whole.texels, part.inside, part.texels)
+        whole.turned = _mean(whole.turned, whole.texels, part.turned, part.texels)
+        whole.texels = texels
+        whole.rays += part.rays
+        whole.overlapped += part.overlapped
+        whole.warnings += part.warnings
+        for stage, took in part.seconds.items():
+            whole.seconds[stage] = whole.seconds.get(stage, 0.0) + took
+        self._whole = whole
+
+    def finish(self, margin: int) -> Baked:
+        """All of them, after at least one. margin: texels by which the charts' borders are carried outward."""
+        whole = self._whole
+        assert whole is not None
+        shared = next(iter(self._maps.values())).shared
+        whole.maps = {name: each.finish(margin) for name, each in self._maps.items()}
+        if shared:
+            whole.texels -= shared
+            whole.overlapped += shared
+            whole.warnings.append(
+                f"{self._name}: objects overlap one another in the UV map on {shared} of {whole.texels} texels; "
+                "each shows one of them: bake with new charts, or move them apart"
+            )
+        return whole
+
+
+class _Map:
+    """One map of all. shared: texels that more than one object covers."""
+
+    def __init__(self, first: BakedMap) -> None:
+        self.values, self.covered = np.zeros_like(first.values), np.zeros_like(first.covered)
+        self.coverage: Floats = np.zeros_like(first.coverage)
+        self.shared = self.rays = self.count = 0
+        self.squares = self.p99 = 0.0
+
+    def add(self, part: BakedMap) -> None:
+        count = int(np.count_nonzero(part.covered))
+        self.shared += int(np.count_nonzero(self.covered & part.covered))
+        self.values[part.covered] = part.values[part.covered]
+        self.covered |= part.covered
+        self.coverage += part.coverage
+        self.squares += count * part.error**2
+        self.count += count
+        self.p99 = max(self.p99, part.p99)
+        self.rays += part.rays
+
+    def finish(self, margin: int) -> BakedMap:
+        covered = self.covered
+        return BakedMap(
+            values=fill_margin(self.values, covered, margin),
+            covered=covered,
+            coverage=np.minimum(self.coverage, np.float32(1.0)),
+            error=float(np.sqrt(self.squares / max(self.count, 1))),
+            p99=self.p99,
+            mean=float(self.values[covered].mean(dtype=np.float64)) if covered.any() else 1.0,
+            rays=self.rays,
         )
-    rays = sum(each.rays for each in parts)
-    return Baked(name, first.width, first.height, texels, rays, maps, inside, overlapped, turned, seconds, warnings)
 
 
-def _map_of(parts: Sequence[BakedMap], margin: int) -> BakedMap:
-    values, covered = np.zeros_like(parts[0].values), np.zeros_like(parts[0].covered)
-    coverage: Floats = np.zeros_like(parts[0].coverage)
-    for each in parts:
-        values[each.covered] = each.values[each.covered]
-        covered |= each.covered
-        coverage += each.coverage
-    counts = [int(np.count_nonzero(each.covered)) for each in parts]
-    squares = sum(count * each.error**2 for count, each in zip(counts, parts, strict=True))
-    return BakedMap(
-        values=fill_margin(values, covered, margin),
-        covered=covered,
-        coverage=np.minimum(coverage, np.float32(1.0)),
-        error=float(np.sqrt(squares / max(sum(counts), 1))),
-        p99=max(each.p99 for each in parts),
-        mean=float(values[covered].mean(dtype=np.float64)) if covered.any() else 1.0,
-        rays=sum(each.rays for each in parts),
-    )
+def _mean(a: float, of_a: int, b: float, of_b: int) -> float:
+    return (a * of_a + b * of_b) / max(of_a + of_b, 1)

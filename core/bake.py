@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -14,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import horizon, inside, turned
+from .clock import timed
 from .embree import open_device
 from .errors import InputError
 from .estimators import AO, Axis, Estimator
@@ -166,31 +166,31 @@ class Baker:
         settings, progress = self._settings, self._progress
         seconds: dict[str, float] = {}
         warnings = check_target(target)
-        with _timed(seconds, "texels"):
+        with timed(seconds, "texels"):
             texels = _texels_of(target, tile, settings, progress)
-        with _timed(seconds, "build"):
+        with timed(seconds, "build"):
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress)
             surface = _in_tile(surface_of(target, frame.origin), tile)
         if target.name in self._scene.highs:
-            with _timed(seconds, "texels"):
+            with timed(seconds, "texels"):
                 surface, texels = self._onto_highs(target, surface, texels, frame)
-        with _timed(seconds, "inside"):
+        with timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
             backs = self._share_turned(target, surface, texels, frame)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
         shown = target if tile is None else part_in_tile(target, tile)
         bench = _Bench(shown, frame, surface, texels, camera, settings, progress)
         solved = bench.solve(seconds)
-        with _timed(seconds, "finish"):
+        with timed(seconds, "finish"):
             maps = {
                 estimator.name: _finished(each, texels, settings, progress)
                 for estimator, each in zip(settings.estimators, solved, strict=True)
             }
         traced = sum(each.rays for each in solved)
         warnings += [*texels.warnings, *inside.warning(target.name, share), *turned.warning(target.name, backs)]
-        if share < inside.TOLD and backs < inside.TOLD:
-            warnings += turned.dark_warning(target.name, next(iter(maps.values())).mean)
+        if AO.name in maps and share < inside.TOLD and backs < inside.TOLD:
+            warnings += turned.dark_warning(target.name, maps[AO.name].mean)
         warnings += _shortfalls(target, settings, solved)
         what = (target.name, settings.width, settings.height, texels.count, traced, maps)
         return Baked(*what, share, texels.overlapped, backs, seconds, warnings, tile)
@@ -263,7 +263,7 @@ class _Bench:
     def solve(self, seconds: dict[str, float]) -> list[Solved]:
         """All maps. Their first round is traced together."""
         goal, estimators = self._settings.goal, self._settings.estimators
-        with _timed(seconds, "trace"):
+        with timed(seconds, "trace"):
             into = np.zeros((len(estimators), *self._owner.shape), dtype=np.float32)
             self._preview(into[0], first_rays(goal))
             sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not goal.plain, into=into)
@@ -273,7 +273,7 @@ class _Bench:
         openings = list(zip(sums.all, halves, strict=True))
         del sums, halves  # as large as the image: `solve` lets go of them once it has read them
         solved = []
-        with _timed(seconds, "solve"):
+        with timed(seconds, "solve"):
             for estimator in estimators:
                 means = self._means(estimator, seconds)
                 seed = self._settings.seed
@@ -426,13 +426,6 @@ def _check_camera(camera: Camera | None) -> None:
 def _moved(seconds: dict[str, float], outer: str, stage: str) -> Iterator[None]:
     """Time that belongs to `stage` though it passes within `outer`."""
     before = seconds.get(stage, 0.0)
-    with _timed(seconds, stage):
+    with timed(seconds, stage):
         yield
     seconds[outer] = seconds.get(outer, 0.0) - (seconds[stage] - before)
-
-
-@contextmanager
-def _timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    start = time.perf_counter()
-    yield
-    seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start

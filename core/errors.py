@@ -13,7 +13,7 @@ class NoUnwrapper(InputError):
 
     def __init__(self, name: str) -> None:
         super().__init__(
-            f"{name}: it has no UV map and this Blender's Python has no xatlas to make one; press Bake again "
+            f"{name}: it needs UV charts and this Blender's Python has no xatlas to make them; press Bake again "
             "for Blender's own unwrap, Smart UV Project (in the command: --uv smart)"
         )
 

@@ -22,6 +22,7 @@ from .tracer import TraceScene
 
 AUTOMATIC = 0.02  # of the low mesh's diagonal: how far above and below it is looked for high ones
 TOLD = 0.01  # of the texels: where fewer find nothing, that is no matter for a warning
+_AT_A_TIME = 1 << 18  # texels: each takes some 600 bytes on the way
 _LAYERS = 8  # backs of faces that a ray passes before it is given up
 _PAST = 2.0**-18  # how far behind one it goes on, of the numbers that the point is made of
 # What points are lifted off triangles by, of their largest coordinate, and the lifts that they keep off the edges, but
@@ -63,24 +64,35 @@ def onto_highs(
         raise InputError(f"{target.name}: what it is baked from has no faces; choose high meshes that have")
     scene.commit(control)
     owned = np.flatnonzero(texels.owner >= 0)
-    starts, ways = _rays(target, highs, low, texels.owner, origin, threads)
+    starts, ways = _rays(target, highs, low, texels.owner, owned, origin, threads)
     present = [each for each, number in zip(surfaces, numbers, strict=True) if number >= 0]
-    points = _seen(scene, present, starts[owned], ways[owned], threads, control)
-    return _patches(target, low, texels, owned, points)
+    parts = [slice(first, first + _AT_A_TIME) for first in range(0, len(owned), _AT_A_TIME)]
+    seen = [_seen(scene, present, starts[part], ways[part], threads, control) for part in parts]
+    del starts, ways
+    return _patches(target, low, texels, owned, seen)
 
 
 def _rays(
-    target: Instance, highs: Highs, low: Placed, owner: Ints, origin: Doubles, threads: int
+    target: Instance,
+    highs: Highs,
+    low: Placed,
+    owner: Ints,
+    owned: NDArray[np.int64],
+    origin: Doubles,
+    threads: int,
 ) -> tuple[Floats, Floats]:
-    """Where the rays start, and the way to the low surface: (H·W, 3) float32 each."""
+    """Where the rays of the owned texels start, and the way to the low surface: (N, 3) float32 each."""
     flowing = replace(low, normals=_flowing_normals(low))
-    places, normals = (each.reshape(-1, 3) for each in surface_points(flowing, owner, threads=threads))
+    places, normals = (each.reshape(-1, 3)[owned] for each in surface_points(flowing, owner, threads=threads))
     if highs.cage is not None:
         cage = replace(flowing, vertices=_cage_of(target, highs.cage, origin))
-        starts = surface_points(cage, owner, threads=threads)[0].reshape(-1, 3)
+        starts = surface_points(cage, owner, threads=threads)[0].reshape(-1, 3)[owned]
     else:
-        starts = places + np.float32(highs.extrusion or extrusion_of(target)) * normals
-    return starts, places - starts
+        normals *= np.float32(highs.extrusion or extrusion_of(target))
+        starts = normals
+        starts += places
+    places -= starts
+    return starts, places
 
 
 def extrusion_of(target: Instance) -> float:
@@ -192,35 +204,26 @@ def _faces(surface: Placed, which: Ints, corners: Doubles) -> Doubles:
 
 
 def _patches(
-    target: Instance, low: Placed, texels: Texels, owned: NDArray[np.int64], points: _Points
+    target: Instance, low: Placed, texels: Texels, owned: NDArray[np.int64], seen: Sequence[_Points]
 ) -> tuple[Placed, Texels]:
     """A triangle for each texel that sees a point: all three corners there, in the texture over the whole texel."""
-    rows = np.flatnonzero(points.found)
+    found = np.concatenate([each.found for each in seen]) if seen else np.zeros(0, np.bool_)
+    rows = owned[found]
     if not len(rows):
         raise InputError(
             f"{target.name}: none of its texels sees a high mesh; move them together, or raise the extrusion"
         )
     height, width = texels.owner.shape
-    seen = owned[rows]
-    x, y = seen % width, seen // width
-    cells = np.stack(
-        [
-            np.stack([x, 1.0 * (height - 1 - y)], axis=1),
-            np.stack([x + 2, 1.0 * (height - 1 - y)], axis=1),
-            np.stack([x, 1.0 * (height + 1 - y)], axis=1),
-        ],
-        axis=1,
-    ) / (width, height)
     number = np.arange(len(rows), dtype=np.int32)
     owner = np.full(height * width, -1, dtype=np.int32)
-    owner[seen] = number
+    owner[rows] = number
     patches = Placed(
-        points.positions[rows],
+        np.concatenate([each.positions[each.found] for each in seen]),
         np.repeat(number[:, None], 3, axis=1),
-        cells.astype(np.float32),
-        np.repeat(points.normals[rows][:, None], 3, axis=1),
-        points.faces[rows],
-        _spacing(low, width, height)[texels.owner.reshape(-1)[seen]],
+        _cells(rows, width, height),
+        np.concatenate([each.normals[each.found] for each in seen])[:, None].repeat(3, axis=1),
+        np.concatenate([each.faces[each.found] for each in seen]),
+        _spacing(low, width, height)[texels.owner.reshape(-1)[rows]],
     )
     share = 1.0 - len(rows) / len(owned)
     warnings = list(texels.warnings)
@@ -230,6 +233,17 @@ def _patches(
             "raise the extrusion, or close the gaps"
         )
     return patches, replace(texels, owner=owner.reshape(height, width), count=len(rows), warnings=warnings)
+
+
+def _cells(texels: NDArray[np.int64], width: int, height: int) -> Floats:
+    """(N, 3, 2) UVs of triangles that cover a texel each, and reach as far again beyond it."""
+    y, x = np.divmod(texels, width)
+    cells = np.empty((len(texels), 3, 2), dtype=np.float32)
+    left, bottom = (x / width).astype(np.float32), ((height - 1 - y) / height).astype(np.float32)
+    cells[:, :, 0], cells[:, :, 1] = left[:, None], bottom[:, None]
+    cells[:, 1, 0] = ((x + 2) / width).astype(np.float32)
+    cells[:, 2, 1] = ((height + 1 - y) / height).astype(np.float32)
+    return cells
 
 
 def _spacing(low: Placed, width: int, height: int) -> Floats:

@@ -145,18 +145,15 @@ def write_channel(path: Path, values: NDArray[np.float32], channel: str, *, dith
 
 def _stored(path: Path, *, pixels: bool = True) -> tuple[Any, NDArray[Any]]:
     """An image's spec, and its pixels, (h, w, c), as they lie in the file."""
-    library = openimageio()
-    as_stored = library.ImageSpec()
-    as_stored.attribute("oiio:UnassociatedAlpha", 1)
     _format_of(path)
-    image = library.ImageInput.open(str(path), as_stored)
-    values = image.read_image(image.spec().format) if image is not None and pixels else np.empty(0)
-    if image is None or values is None:
-        cause = _one_line(library.geterror() if image is None else image.geterror())
-        raise InputError(f"{path}: cannot be read as an image ({cause}); check the name, or write the file anew")
-    spec = library.ImageSpec(image.spec())
+    image = _opened(path)
+    spec = openimageio().ImageSpec(image.spec())
     spec.attribute("oiio:UnassociatedAlpha", 1)
+    values = _pixels(path, image, spec.format) if pixels else np.empty(0)
+    several = image.seek_subimage(1, 0)
     image.close()
+    if several:
+        raise InputError(f"{path}: it holds several images, of which one alone would be left; save it as one")
     return spec, values
 
 
@@ -189,17 +186,35 @@ def read_image(path: Path | str) -> tuple[NDArray[np.float32], dict[str, str | i
     Integers become [0, 1]; alpha is a channel like the others, and nothing is multiplied by it. The metadata of a file
     from elsewhere is {}. Raises InputError for a file that is missing or cannot be read.
     """
+    image = _opened(path)
+    values = _pixels(path, image, "float")
+    metadata = _metadata(image.spec().getattribute("ImageDescription"))
+    image.close()
+    return np.ascontiguousarray(values, dtype=np.float32), metadata
+
+
+def _opened(path: Path | str) -> Any:
+    """OpenImageIO's input, which multiplies nothing by alpha. Raises InputError."""
     library = openimageio()
     as_stored = library.ImageSpec()
     as_stored.attribute("oiio:UnassociatedAlpha", 1)
     image = library.ImageInput.open(str(path), as_stored)
-    values = image.read_image("float") if image is not None else None
-    if image is None or values is None:
-        cause = _one_line(library.geterror() if image is None else image.geterror())
-        raise InputError(f"{path}: cannot be read as an image ({cause}); check the name, or write the file anew")
-    metadata = _metadata(image.spec().getattribute("ImageDescription"))
-    image.close()
-    return np.ascontiguousarray(values, dtype=np.float32), metadata
+    if image is None:
+        raise _unreadable(path, library.geterror())
+    return image
+
+
+def _pixels(path: Path | str, image: Any, kind: Any) -> NDArray[Any]:
+    values: NDArray[Any] | None = image.read_image(kind)
+    if values is None:
+        raise _unreadable(path, image.geterror())
+    return values
+
+
+def _unreadable(path: Path | str, cause: str) -> InputError:
+    return InputError(
+        f"{path}: cannot be read as an image ({_one_line(cause)}); check the name, or write the file anew"
+    )
 
 
 def _format(name: str) -> _Format:

@@ -25,6 +25,8 @@ def tiles_of(mesh: Mesh) -> list[int]:
     if mesh.uv is None or not np.isfinite(mesh.uv).all():
         return []
     uv = mesh.uv[~zero_area(mesh)].astype(np.float64)
+    edges = uv[:, 1:] - uv[:, :1]
+    uv = uv[edges[:, 0, 0] * edges[:, 1, 1] != edges[:, 0, 1] * edges[:, 1, 0]]  # those that get no texel
     if not len(uv):
         return []
     column, row = _tile(uv)

@@ -120,14 +120,51 @@ def test_maps_of_objects_that_overlap_are_told(make: Any) -> None:
     )
 
 
-def test_one_mesh_in_two_objects_is_refused(make: Any) -> None:
+def test_one_that_cannot_be_in_it_does_not_stop_the_others(make: Any) -> None:
+    """A second object of a mesh, one without faces, one whose mesh is full of UV maps."""
     one = make.bare_cube("One")
-    twin = bpy.data.objects.new("Twin", one.data)
-    bpy.context.scene.collection.objects.link(twin)
+    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Twin", one.data))
+    make.mesh("Empty", ((0, 0, 0),), ())
+    full = make.bare_cube("Full", location=(4, 0, 0))
+    for number in range(8):
+        full.data.uv_layers.new(name=f"Map {number}")
+    make.bare_cube("Two", location=(8, 0, 0))
     settings(layout="ATLAS")
-    with pytest.raises(RuntimeError, match="One, Twin: they share a mesh"):
-        press("One", "Twin")
-    assert not one.data.uv_layers and not [image for image in bpy.data.images if "AO" in image.name]
+    assert press("One", "Twin", "Empty", "Full", "Two") == {"FINISHED"}
+    lines = bpy.context.window_manager.occlusion_bake.lines
+    assert "Twin: it shares its mesh with One" in lines and "Empty: " in lines and "no faces" in lines
+    assert "Full: Blender has no room for another UV map" in lines
+    assert {obj.name for obj in bpy.data.objects if ATLAS_MAP in obj.data.uv_layers} == {"One", "Twin", "Two"}
+    assert len(full.data.uv_layers) == 8
+
+
+def test_from_single_images_to_an_atlas_and_back(make: Any) -> None:
+    """Charts of our own are no maps of the artist's: in an atlas they make room for one another."""
+    objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
+    settings()
+    press("One", "Two")
+    settings(layout="ATLAS")
+    press("One", "Two")
+    assert "overlap" not in bpy.context.window_manager.occlusion_bake.lines
+    assert [obj.data.uv_layers.active.name for obj in objects] == [ATLAS_MAP] * 2
+    settings(layout="EACH")
+    press("One", "Two")
+    assert [obj.data.uv_layers.active.name for obj in objects] == [CHART_MAP] * 2
+    np.testing.assert_array_equal(layout(objects[0], CHART_MAP), layout(objects[1], CHART_MAP))
+
+
+def test_turning_an_object_keeps_the_charts(make: Any) -> None:
+    objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
+    objects[0].scale = (1, 2, 3)
+    bpy.context.view_layer.update()
+    settings(layout="ATLAS")
+    press("One", "Two")
+    first = layout(objects[0], ATLAS_MAP)
+    objects[0].rotation_euler = (0.3, 1.2, -2.0)
+    objects[0].location = (1, 7, 3)
+    bpy.context.view_layer.update()
+    press("One", "Two")
+    np.testing.assert_array_equal(layout(objects[0], ATLAS_MAP), first)
 
 
 def test_an_atlas_is_baked_again_with_all_its_objects(make: Any) -> None:
@@ -259,18 +296,42 @@ def test_smart_uv_project_in_a_map_of_its_own(make: Any) -> None:
     assert rasterize("Cube", uv, 256, 256).overlapped == 0
 
 
+def test_smart_charts_are_square_whatever_the_mesh_has(make: Any) -> None:
+    """A wide texture in the material, a shape key, a scale: the faces of a cube stay squares of their size."""
+    objects = [make.bare_cube("One"), make.bare_cube("Two", location=(9, 0, 0))]
+    material = bpy.data.materials.new("Wide")
+    material.use_nodes = True
+    node = material.node_tree.nodes.new("ShaderNodeTexImage")
+    node.image = bpy.data.images.new("Wide", 512, 64)
+    material.node_tree.nodes.active = node
+    objects[0].data.materials.append(material)
+    objects[1].shape_key_add(name="Basis")
+    objects[1].shape_key_add(name="Key")
+    objects[1].scale = (2, 2, 2)
+    bpy.context.view_layer.update()
+    settings(layout="ATLAS", uv="SMART")
+    assert press("One", "Two") == {"FINISHED"}
+    for obj in objects:
+        uv = layout(obj, ATLAS_MAP)
+        sides = np.linalg.norm(uv - np.roll(uv, 1, axis=1), axis=2)
+        np.testing.assert_allclose(np.sort(sides, axis=1)[:, 1] / np.sort(sides, axis=1)[:, 0], 1.0, rtol=1e-3)
+    areas = [area(layout(obj, ATLAS_MAP)) for obj in objects]
+    assert areas[1] == pytest.approx(4.0 * areas[0], rel=1e-2)
+
+
 def test_where_xatlas_is_missing_the_second_press_unwraps(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     obj = make.bare_cube("Bare")
     monkeypatch.setattr(charting, "has_unwrapper", lambda: False)
     settings()
-    with pytest.raises(RuntimeError, match=r"Bare: it has no UV map .*press Bake again"):
+    with pytest.raises(RuntimeError, match=r"Bare: it needs UV charts .*press Bake again"):
         press("Bare")
     assert not obj.data.uv_layers
     assert press("Bare") == {"FINISHED"}
     assert [layer.name for layer in obj.data.uv_layers] == [CHART_MAP]
     assert "Smart UV Project" in bpy.context.window_manager.occlusion_bake.lines
     before = layout(obj, CHART_MAP)
-    obj.data.uv_layers.active.name = CHART_MAP
+    assert press("Bare") == {"FINISHED"}  # by the charts that are there
+    np.testing.assert_array_equal(layout(obj, CHART_MAP), before)
     with pytest.raises(RuntimeError, match="press Bake again"):
         obj.data.vertices[0].co.x += 0.1  # the charts made before fit no more
         obj.data.update()

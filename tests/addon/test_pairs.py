@@ -200,6 +200,7 @@ def test_the_command(make: Any, bake: Any) -> None:
         (("--pairs", "--extrusion", "-1"), "--extrusion -1: give a length above 0"),
         (("--objects", "Low", "--highs", "Nobody"), "Nobody: no such object in the file"),
         (("--atlas", "--compare-cycles"), "--compare-cycles: objects are compared one by one"),
+        (("--atlas", "--color-attributes", "x.blend"), "--atlas: color attributes are no images"),
     ],
 )
 def test_what_the_command_refuses(make: Any, bake: Any, words: Any, line: str) -> None:

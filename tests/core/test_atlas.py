@@ -8,11 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from occlusion_bake.core.atlas import in_one
-from occlusion_bake.core.bake import Settings, bake
-from occlusion_bake.core.scene import Scene
+from occlusion_bake.core.atlas import Atlas
+from occlusion_bake.core.bake import Baked, Settings, bake
+from occlusion_bake.core.estimators import reflection
+from occlusion_bake.core.scene import Camera, Scene
 
 SETTINGS = Settings(width=64, height=64, rays=16, margin=3)
+
+
+def in_one(name: str, parts: list[Baked], margin: int) -> Baked:
+    atlas = Atlas(name)
+    for part in parts:
+        atlas.add(part)
+    return atlas.finish(margin)
 
 
 def halves(shapes: Any, gap: float = 0.1) -> list[Any]:
@@ -57,3 +65,11 @@ def test_objects_that_overlap_are_told(shapes: Any) -> None:
     assert one.overlapped == one.texels
     assert one.warnings[-1].startswith(f"both: objects overlap one another in the UV map on {one.texels} of")
     assert one.maps["ao"].mean == 1.0  # the last shows
+
+
+def test_texels_that_face_away_from_the_camera_are_not_taken_for_shared(shapes: Any) -> None:
+    lower, upper = halves(shapes)
+    from_below = Camera((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))
+    settings = replace(SETTINGS, estimators=(reflection(10.0, from_camera=True),))
+    one = in_one("both", list(bake(Scene([lower, upper], [lower, upper], from_below), settings)), 3)
+    assert one.overlapped == 0 and one.warnings == []

@@ -91,6 +91,21 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, channel: str, size: tuple[
     assert path.read_bytes() == before
 
 
+def test_several_images_in_a_file_are_refused(tmp_path: Path) -> None:
+    library, path = openimageio(), tmp_path / "parts.exr"
+    spec = library.ImageSpec(12, 8, 3, "half")
+    output = library.ImageOutput.create(str(path))
+    assert output.open(str(path), (spec, spec))
+    for part in range(2):
+        assert part == 0 or output.open(str(path), spec, "AppendSubimage")
+        output.write_image(np.zeros((8, 12, 3), np.float32))
+    output.close()
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="it holds several images"):
+        write_channel(path, RAMP, "R")
+    assert path.read_bytes() == before
+
+
 def test_what_is_no_image_is_refused(tmp_path: Path) -> None:
     for name, line in (("missing.png", "cannot be read"), ("a.jpg", "end the name in one of these")):
         with pytest.raises(InputError, match=line):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from occlusion_bake.core import highs as module
 from occlusion_bake.core.bake import Baked, Settings, bake
 from occlusion_bake.core.errors import InputError
 from occlusion_bake.core.highs import AUTOMATIC, extrusion_of
@@ -151,6 +152,14 @@ def test_alone_is_with_its_own_high_meshes(shapes: Any) -> None:
         means = [each.maps["ao"].mean for each in bake(scene, SETTINGS)]
         assert all((mean < 0.1) == (want < 1.0) for mean, want in zip(means, wanted, strict=True)), means
         assert wanted[1] < 1.0 or means[1] == 1.0
+
+
+def test_parts_at_a_time_change_nothing(shapes: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    low, high = (shapes.instance(shapes.sphere(segments=n, name=str(n))) for n in (12, 64))
+    floor = shapes.instance(shapes.plane(9.0, -1.0, name="floor"))
+    whole = baked(low, high, others=[floor]).maps["ao"].values
+    monkeypatch.setattr(module, "_AT_A_TIME", 100)
+    np.testing.assert_array_equal(baked(low, high, others=[floor]).maps["ao"].values, whole)
 
 
 def test_to_an_error_with_the_filter(shapes: Any) -> None:

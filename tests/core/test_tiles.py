@@ -36,6 +36,15 @@ def test_what_is_a_udim_layout(shapes: Any) -> None:
         assert tiles_of(room_in_tiles(shapes, 0, outside)) == []
 
 
+def test_faces_without_a_place_in_the_texture_make_no_tile(shapes: Any) -> None:
+    quad = shapes.plane(1.0)
+    for where, tiles in (((1.0, 1.0), []), ((1.5, 0.5), [])):
+        flat = replace(quad, uv=np.full_like(quad.uv, where))
+        assert tiles_of(shapes.joined([quad, flat])) == tiles
+    beyond = replace(quad, uv=quad.uv + np.float32([1, 0]))
+    assert tiles_of(shapes.joined([beyond, replace(quad, uv=np.zeros_like(quad.uv))])) == [1002]
+
+
 def test_a_texture_that_repeats_is_none(shapes: Any) -> None:
     room = shapes.room()
     for scale in (2.0, 7.3):

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from occlusion_bake.core import occluders
 from occlusion_bake.core.bake import Baked, Settings, bake
-from occlusion_bake.core.scene import Instance, Mesh, Scene
+from occlusion_bake.core.estimators import reflection
+from occlusion_bake.core.scene import Camera, Instance, Mesh, Scene
 
 SETTINGS = Settings(width=48, height=32, rays=4, margin=0)
 
@@ -78,3 +79,10 @@ def test_a_map_without_light_is_told(shapes: Any) -> None:
     (line,) = one(shapes.instance(shapes.room(name="Box"))).warnings
     assert line.startswith("Box: no light reaches it: its normals are turned inwards")
     assert not one(shapes.instance(shapes.room(("-x", "+x", "-z")))).warnings
+
+
+def test_what_faces_away_from_the_camera_is_not_dark(shapes: Any) -> None:
+    settings = Settings((reflection(10.0, from_camera=True),), 16, 16, rays=4, margin=0)
+    plane = shapes.instance(shapes.plane(1.0))
+    (baked,) = bake(Scene([plane], [plane], Camera((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))), settings)
+    assert baked.warnings == [] and not baked.maps["ro_10"].covered.any()
