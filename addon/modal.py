@@ -19,9 +19,9 @@ from .words import say
 
 _TICK = 0.05  # seconds between two looks at the work
 _STOPS = 0.15  # within which what is cancelled has ended, mostly
-_SHOWN = 0.3  # and between two drawings of how far it is, which can cost more than the look
-_LOOKED = 1.0  # and between two of the work itself, at least: they redraw the whole view
-_HELD = 0.01  # of the time, at most, may the window be held up by those: a view drawn in software takes long
+_SHOWN = 0.3  # and between two drawings of how far it is, at least
+_LOOKED = 1.0  # and between two of the work itself: they redraw the whole view
+_HELD = 0.04  # of the time, at most, may the window be held up by either: drawn in software they take long
 
 _FORESEEN = (InputError, Cancelled, MemoryError, RuntimeError, ReferenceError)
 
@@ -72,7 +72,8 @@ class LongOperator:
             return self.execute(context)
         self._progress = Progress()
         self._runner = Runner(self.start(context, self._progress), self._progress, give_way=True)
-        self._due, self._look, self._said, self._drawn = 0.0, 0.0, "", False
+        self._due, self._look, self._said = 0.0, 0.0, ""
+        self._asked: list[str] = []  # what was asked to be drawn at the last event
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
         LongOperator._active = self
@@ -108,22 +109,25 @@ class LongOperator:
         self._end(context)
 
     def _show(self: Any, context: bpy.types.Context) -> None:
-        now, text = time.monotonic(), ", ".join([percent(self._progress), *progress_words(self._progress)])
-        self._show_work(context, now)
-        if text == self._said or now < self._due:
-            return
-        self._said, self._due = text, now + _SHOWN
-        if context.workspace is not None:
-            context.workspace.status_text_set(say("Occlusion Bake   {}   Esc: Cancel", text))
-        redraw(context, "VIEW_3D")
-
-    def _show_work(self: Any, context: bpy.types.Context, now: float) -> None:
-        """Let the work be drawn where it is due; how long that held up the window tells when it is due again."""
-        if self._drawn:
-            self._look = now + max(_LOOKED, (now - self._looked) / _HELD)
-            self._drawn = False
-        elif now >= self._look:
-            self._drawn, self._looked = self.preview(context, self._progress), now
+        """Let the work, and how far it is, be drawn where they are due. How long the last drawing held up the window,
+        until this event, tells when the next one may be: a window that waits for its drawing answers nobody."""
+        now = time.monotonic()
+        if self._asked:
+            pause = (now - self._looked) / _HELD
+            if "words" in self._asked:
+                self._due = now + max(_SHOWN, pause)
+            if "work" in self._asked:
+                self._look = now + max(_LOOKED, pause)
+        self._asked, self._looked = [], now
+        if now >= self._look and self.preview(context, self._progress):
+            self._asked.append("work")
+        text = ", ".join([percent(self._progress), *progress_words(self._progress)])
+        if text != self._said and now >= self._due:
+            self._said = text
+            self._asked.append("words")
+            if context.workspace is not None:
+                context.workspace.status_text_set(say("Occlusion Bake   {}   Esc: Cancel", text))
+            redraw(context, "VIEW_3D")
 
     def _end(self: Any, context: bpy.types.Context) -> None:
         if LongOperator._active is not self:

@@ -170,6 +170,10 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
 _POINTERS = frozenset({"collection", "image", "cage"})
 
 
+def _show_or_hide(_: Any, context: bpy.types.Context) -> None:
+    redraw(context, "VIEW_3D", every_region=True)
+
+
 class OcclusionBakeResult(bpy.types.PropertyGroup):
     """What the last bake or comparison came to, for the panel."""
 
@@ -178,7 +182,7 @@ class OcclusionBakeResult(bpy.types.PropertyGroup):
         name="Show in Viewport",
         description="Show the baked textures on their objects in the 3D view, in Object Mode; no material is touched",
         default=True,
-        update=lambda self, context: redraw(context, "VIEW_3D", every_region=True),
+        update=_show_or_hide,
     )
     overlapping: BoolProperty(options={"SKIP_SAVE"})  # whether UVs overlap of what was baked
     asked: BoolProperty(options={"SKIP_SAVE"})  # whether the next press lets Blender unwrap

@@ -389,3 +389,11 @@ def test_what_is_shown_can_be_translated(make: Any, monkeypatch: pytest.MonkeyPa
     assert press() == {"FINISHED"}
     assert "Verdecker: Floor" in lines()
     assert [line for line in lines() if line.startswith("Fehler: AO ±")]
+
+
+def test_what_is_shown_in_the_view_is_switched_without_a_word(capfd: pytest.CaptureFixture[str]) -> None:
+    """Blender prints what goes wrong in a property's update, and goes on."""
+    shown = bpy.context.window_manager.occlusion_bake
+    for value in (False, True):
+        shown.show = value
+    assert capfd.readouterr() == ("", "")
