@@ -17,7 +17,7 @@ KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h incl
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help venv test lint extension sanitize bake bench bench-quick figures accuracy study clean
+.PHONY: help venv test lint extension pictures sanitize bake bench bench-quick figures accuracy study clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -36,6 +36,13 @@ lint: venv ## ruff, mypy, clang-tidy; every warning is an error
 
 extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blender
 	$(PY) tools/build_extension.py $(WHEEL)
+
+BLENDER ?= blender
+pictures: extension ## the README's pictures of the window, from a session in a complete Blender: BLENDER=blender
+	$(PY) tools/try_window.py $(wildcard dist/*.zip) blender $(BLENDER)
+	cp out/window/blender_baking.png docs/pictures/window.png
+	cp out/window/blender_compared.png docs/pictures/compared.png
+	cp out/window/blender_queue.png docs/pictures/queue.png
 
 sanitize: venv ## the kernel's own tests and fuzzed bakes under the address and undefined-behaviour sanitizers
 	$(PY) tools/check_kernel.py sanitize
