@@ -39,7 +39,7 @@ extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blend
 
 BLENDER ?= blender
 pictures: extension ## the README's pictures of the window, from a session in a complete Blender: BLENDER=blender
-	$(PY) tools/try_window.py $(wildcard dist/*.zip) blender $(BLENDER)
+	$(PY) tools/try_window.py dist/*.zip blender $(BLENDER)
 	cp out/window/blender_baking.png docs/pictures/window.png
 	cp out/window/blender_compared.png docs/pictures/compared.png
 	cp out/window/blender_queue.png docs/pictures/queue.png
