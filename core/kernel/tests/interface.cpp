@@ -257,10 +257,9 @@ static bool hit_anything(Random &random, const Scene &built, const Scene &begun)
   ob_hit hits[4];
   ob_control control{};
   ob_scene *scene = draw.good_or_bad({built.get()}, {static_cast<ob_scene *>(nullptr), begun.get()});
-  check_status(draw,
-               ob_first_hits(scene, draw.present(rays), draw.present(rays), draw.present(lengths),
-                             draw.good_or_bad<int64_t>({0, 4}, {-1, INT64_MIN}), draw.threads(), draw.present(hits),
-                             draw.optional(&control)));
+  check_status(draw, ob_first_hits(scene, draw.present(rays), draw.present(rays), draw.present(lengths),
+                                   draw.good_or_bad<int64_t>({0, 4}, {-1, INT64_MIN}), draw.threads(),
+                                   draw.present(hits), draw.optional(&control)));
   return draw.broken();
 }
 
