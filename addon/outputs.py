@@ -109,8 +109,7 @@ class Output:
                 f"{image.name}: it is {size[0]}x{size[1]} and the bake {settings.width}x{settings.height}; set the "
                 "size to that of the image"
             )
-        alpha = image.channels == 4 and (
-            image.is_float or image.depth == 32
-        )  # Blender holds four, whatever the file has
+        # Of bytes the depth tells of an alpha; of floats Blender holds four channels, whatever the file has.
+        alpha = image.channels == 4 and (image.is_float or image.depth == 32)
         if self.channel == "A" and not alpha:
             raise InputError(f"{image.name}: it has no alpha; choose another channel")
