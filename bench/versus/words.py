@@ -41,6 +41,10 @@ is linear in that of the RMSE.
 
 LIMITS = """## What limits
 
+Aimed at, at 1024x1024 and an RMSE of 1/255: with the filter 200 times Cycles in the mean and 50 on the worst scene, 40
+times embreex and Open3D; plain 25 times Cycles and 4 times the two; four times a ray's time from 10 thousand to 10
+million triangles. The tables above say which of these are met. What stands between:
+
 - Where the surface has detail finer than a texel (`sculpt`, `instances`, `thousands`, in part `foliage`), neighbours
   differ by more than their noise. The filter then leaves each texel its own value, and a texel takes about as many
   rays as without it: some 700 to 3000 for 1/255. The detail also parts the rays of a packet, so that Embree answers 4
