@@ -172,20 +172,21 @@ def _fit_for_atlas(context: bpy.types.Context, objects: Sequence[bpy.types.Objec
     """Names of the objects whose meshes can have charts in it; the others are refused."""
     fit: list[str] = []
     taken: dict[int, str] = {}
-    for obj in objects:
-        try:
-            _refuse_linked(obj)
-            if (other := taken.setdefault(obj.data.as_pointer(), obj.name)) != obj.name:
-                raise InputError(
-                    f"{obj.name}: it shares its mesh with {other}, and in an atlas each needs UVs of its own; make it "
-                    "a single user (Object > Relations > Make Single User > Object & Data)"
-                )
-            _parts(context, [obj.name], charting)
-            check_room(obj, charting.where)
-        except InputError as refusal:
-            charting.refused[obj.name] = refusal
-        else:
-            fit.append(obj.name)
+    with object_mode(context):  # once: each way there and back is two steps of undo
+        for obj in objects:
+            try:
+                _refuse_linked(obj)
+                if (other := taken.setdefault(obj.data.as_pointer(), obj.name)) != obj.name:
+                    raise InputError(
+                        f"{obj.name}: it shares its mesh with {other}, and in an atlas each needs UVs of its own; make "
+                        "it a single user (Object > Relations > Make Single User > Object & Data)"
+                    )
+                _parts(context, [obj.name], charting)
+                check_room(obj, charting.where)
+            except InputError as refusal:
+                charting.refused[obj.name] = refusal
+            else:
+                fit.append(obj.name)
     return fit
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..core.errors import InputError
 from ..core.ground import ground_below
-from ..core.scene import Camera, Doubles, Floats, Highs, Instance, Ints, Mesh, Scene
+from ..core.scene import Camera, Doubles, Floats, Highs, Instance, Ints, Mesh, Scene, unit_normals
 from .occluding import EVERYTHING, Occluding
 from .pairs import HighNames
 
@@ -443,11 +443,7 @@ def _flat(mesh: bpy.types.Mesh) -> NDArray[np.bool_]:
 
 def _face_normals(vertices: Floats, triangles: Ints) -> Floats:
     """(T, 3) unit normals by the right-hand rule; zero for a triangle without area."""
-    a, b, c = (vertices[triangles[:, corner]].astype(np.float64) for corner in range(3))
-    across = np.cross(b - a, c - a)
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    unit: Floats = np.divide(across, length, out=np.zeros_like(across), where=length > 0.0).astype(np.float32)
-    return unit
+    return unit_normals(vertices[triangles].astype(np.float64)).astype(np.float32)
 
 
 def _positions(mesh: bpy.types.Mesh) -> Floats:

@@ -51,8 +51,8 @@ def store_tiles(bakes: Sequence[Baked], settings: Settings) -> dict[str, bpy.typ
 def store_file(owner: str, name: str, path: Path, tile: int | None = None) -> bpy.types.Image:
     """The image of a file that was written, in the place of that of an earlier bake of the same map. tile: the file is
     that of one of a UDIM layout, and the others lie beside it."""
-    old, source = _earlier(owner, name), "FILE" if tile is None else "TILED"
-    if old is not None and old.source == source == "FILE" and old.packed_file is None:
+    old = _earlier(owner, name)
+    if tile is None and old is not None and old.source == "FILE" and old.packed_file is None:
         old.filepath = str(path)
         old.reload()
         old.colorspace_settings.name = "Non-Color"

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from .embree import Device
 from .errors import InputError
 from .kernel_api import Control
-from .scene import Doubles, Floats, Highs, Instance, Ints, Placed, bounds_of, placed, surface_of
+from .mending import area_of, uv_area_of
+from .scene import Doubles, Floats, Highs, Instance, Ints, Placed, bounds_of, placed, surface_of, unit_normals
 from .texels import Texels, surface_points
 from .tracer import TraceScene
 
@@ -116,8 +117,7 @@ def _flowing_normals(low: Placed) -> Floats:
     corners = low.vertices[low.triangles].astype(np.float64)
     edges = np.roll(corners, -1, axis=1) - corners
     sides = edges / np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-300)
-    faces = np.cross(edges[:, 0], -edges[:, 2])
-    faces /= np.maximum(np.linalg.norm(faces, axis=1, keepdims=True), 1e-300)
+    faces = unit_normals(corners)
     angles = np.arccos(np.clip(-(sides * np.roll(sides, 1, axis=1)).sum(axis=2), -1.0, 1.0))
     place = np.unique(low.vertices, axis=0, return_inverse=True)[1].ravel()[low.triangles]
     sums = np.zeros((int(place.max()) + 1, 3))
@@ -194,8 +194,7 @@ def _off_the_edges(weights: Doubles, corners: Doubles, lift: Doubles) -> Doubles
 
 
 def _faces(surface: Placed, which: Ints, corners: Doubles) -> Doubles:
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-300)
+    across = unit_normals(corners)
     if surface.faces is None:
         return across
     known = surface.faces[which].astype(np.float64)
@@ -249,9 +248,7 @@ def _cells(texels: NDArray[np.int64], width: int, height: int) -> Floats:
 def _spacing(low: Placed, width: int, height: int) -> Floats:
     """(T,) float32: the side of a square as large as a texel is on each triangle of the low mesh."""
     assert low.uv is not None
-    corners = low.vertices[low.triangles].astype(np.float64)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    edges = (low.uv[:, 1:] - low.uv[:, :1]).astype(np.float64) * (width, height)
-    texels = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0])
+    area = area_of(low.vertices[low.triangles].astype(np.float64))
+    texels = np.abs(uv_area_of(low.uv.astype(np.float64) * (width, height)))
     spacing: Floats = np.sqrt(np.divide(area, texels, out=np.zeros_like(area), where=texels > 0.0)).astype(np.float32)
     return spacing

@@ -181,6 +181,14 @@ def _check_arrays(target: Instance) -> None:
             raise InputError(f"{target.name}: its {kind} do not fit {wanted} triangle corners; make the mesh again")
 
 
+def unit_normals(corners: Doubles) -> Doubles:
+    """(N, 3) unit normals, by the right-hand rule, of triangles with (N, 3, 3) corners; zero for one without area."""
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(across, axis=1, keepdims=True)
+    normals: Doubles = np.divide(across, length, out=np.zeros_like(across), where=length > 0.0)
+    return normals
+
+
 def zero_area(mesh: Mesh) -> NDArray[np.bool_]:
     """(T,) bool: triangles whose corners lie on one line, judged in float64 in object space."""
     flat: NDArray[np.bool_] = ~(np.abs(mesh.doubled_areas).max(axis=1) > 0.0)

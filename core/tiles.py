@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from .mending import uv_area_of
 from .scene import Doubles, Floats, Instance, Mesh, zero_area
 
 FIRST, ACROSS, DOWN = 1001, 10, 100  # ten tiles in a row; 2000 is the last that is in use
@@ -25,8 +26,7 @@ def tiles_of(mesh: Mesh) -> list[int]:
     if mesh.uv is None or not np.isfinite(mesh.uv).all():
         return []
     uv = mesh.uv[~zero_area(mesh)].astype(np.float64)
-    edges = uv[:, 1:] - uv[:, :1]
-    uv = uv[edges[:, 0, 0] * edges[:, 1, 1] != edges[:, 0, 1] * edges[:, 1, 0]]  # those that get no texel
+    uv = uv[uv_area_of(uv) != 0.0]  # the others get no texel
     if not len(uv):
         return []
     column, row = _tile(uv)

@@ -6,7 +6,7 @@ import numpy as np
 
 from .inside import TOLD, spread
 from .kernel_api import Control
-from .scene import Doubles, Floats, Ints, Placed
+from .scene import Doubles, Floats, Ints, Placed, unit_normals
 from .tracer import TraceScene
 
 _RAYS = 8  # off a face, all around
@@ -58,10 +58,8 @@ def _around(normals: Doubles) -> list[Floats]:
 
 def _normals(surface: Placed, faces: Ints) -> Doubles:
     """(N, 3) unit normals of triangles by their corners; z where one has no area."""
-    a, b, c = (surface.vertices[surface.triangles[faces, corner]].astype(np.float64) for corner in range(3))
-    across = np.cross(b - a, c - a)
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    normals: Doubles = np.where(length > 0.0, across / np.maximum(length, 1e-300), (0.0, 0.0, 1.0))
+    normals = unit_normals(surface.vertices[surface.triangles[faces]].astype(np.float64))
+    normals[~normals.any(axis=1)] = (0.0, 0.0, 1.0)
     return normals
 
 

@@ -85,6 +85,35 @@ def registered() -> Iterator[None]:
 
 
 @pytest.fixture
+def set_panel() -> Callable[..., Any]:
+    """Set what is named in the panel, all else as the test module has it; returns the settings."""
+    import bpy
+
+    def set_values(**values: Any) -> Any:
+        chosen = bpy.context.scene.occlusion_bake
+        for name, value in values.items():
+            setattr(chosen, name, value)
+        return chosen
+
+    return set_values
+
+
+@pytest.fixture
+def press() -> Callable[..., set[str]]:
+    """Bake these objects by the button, the last of them active."""
+    import bpy
+
+    def bake(*names: str) -> set[str]:
+        bpy.ops.object.select_all(action="DESELECT")
+        for name in names:
+            bpy.data.objects[name].select_set(True)
+        bpy.context.view_layer.objects.active = bpy.data.objects[names[-1]]
+        return bpy.ops.occlusion_bake.bake()
+
+    return bake
+
+
+@pytest.fixture
 def empty_scene() -> Iterator[None]:
     bpy = pytest.importorskip("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,19 +24,9 @@ from occlusion_bake.core.texels import rasterize  # noqa: E402
 pytestmark = pytest.mark.usefixtures("empty_scene", "registered")
 
 
-def settings(**values: Any) -> Any:
-    chosen = bpy.context.scene.occlusion_bake
-    for name, value in {"width": 64, "height": 64, "quality": "RAYS", "rays": 4, "margin": 2, **values}.items():
-        setattr(chosen, name, value)
-    return chosen
-
-
-def press(*names: str) -> set[str]:
-    bpy.ops.object.select_all(action="DESELECT")
-    for name in names:
-        bpy.data.objects[name].select_set(True)
-    bpy.context.view_layer.objects.active = bpy.data.objects[names[-1]]
-    return bpy.ops.occlusion_bake.bake()
+@pytest.fixture
+def settings(set_panel: Any) -> Any:
+    return partial(set_panel, width=64, height=64, quality="RAYS", rays=4, margin=2)
 
 
 def layout(obj: Any, name: str) -> Any:
@@ -58,7 +49,9 @@ def area(uv: Any) -> float:
 
 
 @pytest.mark.parametrize("uv", ["ACTIVE", "SMART"])
-def test_charts_of_all_lie_side_by_side_by_their_size_in_the_world(make: Any, uv: str) -> None:
+def test_charts_of_all_lie_side_by_side_by_their_size_in_the_world(
+    make: Any, uv: str, press: Any, settings: Any
+) -> None:
     """Objects without UVs, one mirrored, one twice as large; each its own texels, and as many a square metre."""
     objects = [
         make.bare_cube("One"),
@@ -78,7 +71,7 @@ def test_charts_of_all_lie_side_by_side_by_their_size_in_the_world(make: Any, uv
     assert [image.name for image in bpy.data.images if "AO" in image.name] == ["Set AO"]
 
 
-def test_charts_that_fit_stay_and_others_are_made_anew(make: Any) -> None:
+def test_charts_that_fit_stay_and_others_are_made_anew(make: Any, press: Any, settings: Any) -> None:
     objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
     settings(layout="ATLAS")
     press("One", "Two")
@@ -95,7 +88,7 @@ def test_charts_that_fit_stay_and_others_are_made_anew(make: Any) -> None:
     assert not np.array_equal(layout(objects[0], ATLAS_MAP), first[0])
 
 
-def test_maps_that_all_have_are_used_as_they_are(make: Any) -> None:
+def test_maps_that_all_have_are_used_as_they_are(make: Any, press: Any, settings: Any) -> None:
     make.plane("Left", uv=((0, 0), (0.4, 0), (0.4, 1), (0, 1)))
     make.plane("Right", uv=((0.6, 0), (1, 0), (1, 1), (0.6, 1)), location=(0, 0, 0.5))
     settings(layout="ATLAS", rays=64)
@@ -109,7 +102,7 @@ def test_maps_that_all_have_are_used_as_they_are(make: Any) -> None:
     assert "Atlas: " in lines and "overlap" not in lines
 
 
-def test_maps_of_objects_that_overlap_are_told(make: Any) -> None:
+def test_maps_of_objects_that_overlap_are_told(make: Any, press: Any, settings: Any) -> None:
     make.plane("One")
     make.plane("Two", location=(0, 0, 3))
     settings(layout="ATLAS")
@@ -120,7 +113,7 @@ def test_maps_of_objects_that_overlap_are_told(make: Any) -> None:
     )
 
 
-def test_one_that_cannot_be_in_it_does_not_stop_the_others(make: Any) -> None:
+def test_one_that_cannot_be_in_it_does_not_stop_the_others(make: Any, press: Any, settings: Any) -> None:
     """A second object of a mesh, one without faces, one whose mesh is full of UV maps."""
     one = make.bare_cube("One")
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Twin", one.data))
@@ -138,7 +131,7 @@ def test_one_that_cannot_be_in_it_does_not_stop_the_others(make: Any) -> None:
     assert len(full.data.uv_layers) == 8
 
 
-def test_from_single_images_to_an_atlas_and_back(make: Any) -> None:
+def test_from_single_images_to_an_atlas_and_back(make: Any, press: Any, settings: Any) -> None:
     """Charts of our own are no maps of the artist's: in an atlas they make room for one another."""
     objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
     settings()
@@ -153,7 +146,7 @@ def test_from_single_images_to_an_atlas_and_back(make: Any) -> None:
     np.testing.assert_array_equal(layout(objects[0], CHART_MAP), layout(objects[1], CHART_MAP))
 
 
-def test_turning_an_object_keeps_the_charts(make: Any) -> None:
+def test_turning_an_object_keeps_the_charts(make: Any, press: Any, settings: Any) -> None:
     objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
     objects[0].scale = (1, 2, 3)
     bpy.context.view_layer.update()
@@ -167,7 +160,7 @@ def test_turning_an_object_keeps_the_charts(make: Any) -> None:
     np.testing.assert_array_equal(layout(objects[0], ATLAS_MAP), first)
 
 
-def test_an_atlas_is_baked_again_with_all_its_objects(make: Any) -> None:
+def test_an_atlas_is_baked_again_with_all_its_objects(make: Any, press: Any, settings: Any) -> None:
     make.plane("Left", uv=((0, 0), (0.4, 0), (0.4, 1), (0, 1)))
     make.plane("Right", uv=((0.6, 0), (1, 0), (1, 1), (0.6, 1)), location=(0, 0, 0.5))
     settings(layout="ATLAS", rays=64, atlas="Both")
@@ -229,7 +222,7 @@ def spread(make: Any) -> Any:
     return make.mesh("Tiled", corners, ((0, 1, 2, 3), (4, 5, 6, 7)), uv)
 
 
-def test_every_tile_is_baked_into_a_tiled_image(make: Any, tmp_path: Path) -> None:
+def test_every_tile_is_baked_into_a_tiled_image(make: Any, tmp_path: Path, press: Any, settings: Any) -> None:
     spread(make)
     settings(rays=64)
     assert press("Tiled") == {"FINISHED"}
@@ -252,7 +245,7 @@ def test_every_tile_is_baked_into_a_tiled_image(make: Any, tmp_path: Path) -> No
     assert bpy.data.images["Tiled AO"].source != "TILED"
 
 
-def test_tiles_are_saved_by_their_numbers(make: Any, tmp_path: Path) -> None:
+def test_tiles_are_saved_by_their_numbers(make: Any, tmp_path: Path, press: Any, settings: Any) -> None:
     spread(make)
     settings(output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="8")
     assert press("Tiled") == {"FINISHED"}
@@ -276,7 +269,7 @@ def test_the_command_writes_a_file_a_tile(make: Any, bake: Any) -> None:
 # Blender's own unwrap
 
 
-def test_smart_uv_project_in_a_map_of_its_own(make: Any) -> None:
+def test_smart_uv_project_in_a_map_of_its_own(make: Any, press: Any, settings: Any) -> None:
     """Selection, mode, active object and the mesh's own maps stay; a face stays one piece."""
     obj = make.cube("Cube")
     before = [layer.name for layer in obj.data.uv_layers]
@@ -296,7 +289,7 @@ def test_smart_uv_project_in_a_map_of_its_own(make: Any) -> None:
     assert rasterize("Cube", uv, 256, 256).overlapped == 0
 
 
-def test_smart_charts_are_square_whatever_the_mesh_has(make: Any) -> None:
+def test_smart_charts_are_square_whatever_the_mesh_has(make: Any, press: Any, settings: Any) -> None:
     """A wide texture in the material, a shape key, a scale: the faces of a cube stay squares of their size."""
     objects = [make.bare_cube("One"), make.bare_cube("Two", location=(9, 0, 0))]
     material = bpy.data.materials.new("Wide")
@@ -319,7 +312,9 @@ def test_smart_charts_are_square_whatever_the_mesh_has(make: Any) -> None:
     assert areas[1] == pytest.approx(4.0 * areas[0], rel=1e-2)
 
 
-def test_where_xatlas_is_missing_the_second_press_unwraps(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_xatlas_is_missing_the_second_press_unwraps(
+    make: Any, monkeypatch: pytest.MonkeyPatch, press: Any, settings: Any
+) -> None:
     obj = make.bare_cube("Bare")
     monkeypatch.setattr(charting, "has_unwrapper", lambda: False)
     settings()
@@ -339,7 +334,7 @@ def test_where_xatlas_is_missing_the_second_press_unwraps(make: Any, monkeypatch
     np.testing.assert_array_equal(layout(obj, CHART_MAP), before)
 
 
-def test_an_artist_in_edit_mode_is_put_back(make: Any) -> None:
+def test_an_artist_in_edit_mode_is_put_back(make: Any, settings: Any) -> None:
     make.bare_cube("Bare")
     make.cube("Edited", location=(4, 0, 0))
     bpy.ops.object.mode_set(mode="EDIT")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,20 +16,9 @@ from occlusion_bake.core.errors import InputError  # noqa: E402
 pytestmark = pytest.mark.usefixtures("empty_scene", "registered")
 
 
-def settings(**values: Any) -> Any:
-    chosen = bpy.context.scene.occlusion_bake
-    for name, value in {"width": 32, "height": 32, "quality": "RAYS", "rays": 16, **values}.items():
-        setattr(chosen, name, value)
-    return chosen
-
-
-def press(*names: str) -> set[str]:
-    """Bake these, the last of them active."""
-    bpy.ops.object.select_all(action="DESELECT")
-    for name in names:
-        bpy.data.objects[name].select_set(True)
-    bpy.context.view_layer.objects.active = bpy.data.objects[names[-1]]
-    return bpy.ops.occlusion_bake.bake()
+@pytest.fixture
+def settings(set_panel: Any) -> Any:
+    return partial(set_panel, width=32, height=32, quality="RAYS", rays=16)
 
 
 def pixels(name: str) -> Any:
@@ -64,7 +54,7 @@ def pit(make: Any, name: str, depth: float = 0.3) -> Any:
     return make.mesh(name, vertices, faces)
 
 
-def test_selected_to_active(make: Any) -> None:
+def test_selected_to_active(make: Any, press: Any, settings: Any) -> None:
     """The pit of the high mesh shows on the flat low one, which itself blocks no light."""
     make.plane("Low")
     pit(make, "High")
@@ -80,7 +70,7 @@ def test_selected_to_active(make: Any) -> None:
     np.testing.assert_allclose(pixels("Low AO")[16, 16], ao[16, 16], atol=0.1)
 
 
-def test_selected_to_active_needs_both(make: Any) -> None:
+def test_selected_to_active_needs_both(make: Any, press: Any, settings: Any) -> None:
     make.plane("Low")
     settings(source="SELECTED")
     with pytest.raises(RuntimeError, match="Low: nothing to bake it from; select the high meshes first"):
@@ -88,7 +78,7 @@ def test_selected_to_active_needs_both(make: Any) -> None:
     assert not [image for image in bpy.data.images if image.name == "Low AO"]
 
 
-def test_a_cage_that_does_not_render_says_where_to_look(make: Any) -> None:
+def test_a_cage_that_does_not_render_says_where_to_look(make: Any, press: Any, settings: Any) -> None:
     make.plane("Low")
     make.plane("High", location=(0, 0, 0.5))
     cage = make.plane("Cage", location=(0, 0, 0.6))
@@ -101,7 +91,7 @@ def test_a_cage_that_does_not_render_says_where_to_look(make: Any) -> None:
     np.testing.assert_array_equal(pixels("Low AO"), 1.0)
 
 
-def test_pairs_by_name(make: Any) -> None:
+def test_pairs_by_name(make: Any, press: Any, settings: Any) -> None:
     for low, high, x in (("Rock_low", "Rock_high.001", 0), ("Log.LOW", "log high", 5)):
         make.plane(low, location=(x, 0, 0))
         pit(make, high).location.x = x
@@ -136,7 +126,7 @@ def test_which_names_are_pairs() -> None:
     assert paired_with("x", ["x", "y", "z"], "z", None).highs["x"].names == ("y",)
 
 
-def test_alone_the_high_meshes_hide_their_own_low_one(make: Any) -> None:
+def test_alone_the_high_meshes_hide_their_own_low_one(make: Any, press: Any, settings: Any) -> None:
     make.plane("A_low")
     make.plane("A_high")
     make.plane("Roof", location=(0, 0, 0.5))
@@ -148,7 +138,7 @@ def test_alone_the_high_meshes_hide_their_own_low_one(make: Any) -> None:
     assert pixels("A_low AO").mean() < 0.5
 
 
-def test_baked_again_by_what_is_kept(make: Any) -> None:
+def test_baked_again_by_what_is_kept(make: Any, press: Any, settings: Any) -> None:
     make.plane("Low")
     pit(make, "High")
     settings(source="SELECTED", extrusion=0.4)
@@ -160,7 +150,7 @@ def test_baked_again_by_what_is_kept(make: Any) -> None:
     np.testing.assert_array_equal(pixels("Low AO"), first)
 
 
-def test_no_comparison_of_what_is_baked_from_others(make: Any) -> None:
+def test_no_comparison_of_what_is_baked_from_others(make: Any, settings: Any) -> None:
     make.plane("Low")
     make.plane("High")
     settings(source="SELECTED")
@@ -171,7 +161,7 @@ def test_no_comparison_of_what_is_baked_from_others(make: Any) -> None:
         bpy.ops.occlusion_bake.compare()
 
 
-def test_colours_from_high_meshes(make: Any) -> None:
+def test_colours_from_high_meshes(make: Any, press: Any, settings: Any) -> None:
     make.plane("Low")
     pit(make, "High")
     settings(source="SELECTED", extrusion=0.4, output="COLOURS")
