@@ -15,17 +15,9 @@ struct Beams {
 };
 
 ob_hit first_hit(const Geometry &scene, const Beams &beams, int64_t i) {
-  const float *from = beams.origins + 3 * i;
-  const float *along = beams.directions + 3 * i;
   RayHit hit{};
-  hit.ray = {{from[0]},  {from[1]}, {from[2]}, {0.0F}, {along[0]}, {along[1]},
-             {along[2]}, {0.0F},    {0.0F},    {~0U},  {0U},       {0U}};
-  hit.ray.tfar[0] = beams.lengths[i];
-  hit.geometry = hit.instance[0] = RTC_INVALID_GEOMETRY_ID;
-  RTCIntersectArguments arguments{};
-  arguments.feature_mask = RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE;
-  scene.device->embree.intersect1(scene.handle, &hit, &arguments);
-  if (hit.geometry == RTC_INVALID_GEOMETRY_ID) {
+  hit.ray = one_ray(beams.origins + 3 * i, beams.directions + 3 * i, beams.lengths[i]);
+  if (!intersect(scene, hit)) {
     return {std::numeric_limits<float>::infinity(), 0.0F, 0.0F, -1, -1};
   }
   const uint32_t number = hit.instance[0] == RTC_INVALID_GEOMETRY_ID ? hit.geometry : hit.instance[0];

@@ -102,27 +102,14 @@ private:
   // Whether the ray gets out of a mesh, other than its own, that it has not got into. It starts off the surface on the
   // side that it goes to: so a face that touches another mesh is not inside it, as one side's rays start outside.
   bool gets_out(Direction from, Direction off, float lift, Direction d) const {
+    const float start[3] = {from.x + lift * off.x, from.y + lift * off.y, from.z + lift * off.z};
+    const float along[3] = {d.x, d.y, d.z};
     RayHit hit{};
-    hit.ray = {{from.x + lift * off.x},
-               {from.y + lift * off.y},
-               {from.z + lift * off.z},
-               {0.0F},
-               {d.x},
-               {d.y},
-               {d.z},
-               {0.0F},
-               {0.0F},
-               {~0U},
-               {0U},
-               {0U}};
-    RTCIntersectArguments arguments{};
-    arguments.feature_mask = RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE;
+    hit.ray = one_ray(start, along, 0.0F);
     int within = 0; // of so many meshes that it got into
     for (int crossing = 0; crossing < kCrossings && within >= 0; ++crossing) {
       hit.ray.tfar[0] = std::numeric_limits<float>::infinity();
-      hit.geometry = hit.instance[0] = RTC_INVALID_GEOMETRY_ID;
-      scene_.device->embree.intersect1(scene_.handle, &hit, &arguments);
-      if (hit.geometry == RTC_INVALID_GEOMETRY_ID) {
+      if (!intersect(scene_, hit)) {
         break;
       }
       within += is_own(hit) ? 0 : (is_back(hit, d) ? -1 : 1);

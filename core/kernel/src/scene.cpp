@@ -43,6 +43,19 @@ Geometry::Geometry(std::shared_ptr<Device> owner)
 
 Geometry::~Geometry() { device->embree.release_scene(handle); }
 
+Rays<1> one_ray(const float *from, const float *along, float reach) {
+  return {{from[0]},  {from[1]}, {from[2]}, {0.0F}, {along[0]}, {along[1]},
+          {along[2]}, {0.0F},    {reach},   {~0U},  {0U},       {0U}};
+}
+
+bool intersect(const Geometry &scene, RayHit &hit) {
+  RTCIntersectArguments arguments{};
+  arguments.feature_mask = RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE;
+  hit.geometry = hit.instance[0] = RTC_INVALID_GEOMETRY_ID;
+  scene.device->embree.intersect1(scene.handle, &hit, &arguments);
+  return hit.geometry != RTC_INVALID_GEOMETRY_ID;
+}
+
 namespace {
 
 int native_width(const Device &device) {
@@ -267,10 +280,7 @@ int32_t ob_visible(ob_scene *scene, const float *origins, const float *direction
     ob::RTCOccludedArguments arguments{};
     arguments.feature_mask = ob::RTC_FEATURE_FLAG_TRIANGLE | ob::RTC_FEATURE_FLAG_INSTANCE;
     for (int64_t i = 0; i < count; ++i) {
-      const float *origin = origins + 3 * i;
-      const float *direction = directions + 3 * i;
-      ob::Rays<1> ray{{origin[0]},    {origin[1]}, {origin[2]}, {0.0F}, {direction[0]}, {direction[1]},
-                      {direction[2]}, {0.0F},      {distance},  {~0U},  {0U},           {0U}};
+      ob::Rays<1> ray = ob::one_ray(origins + 3 * i, directions + 3 * i, distance);
       scene->geometry.device->embree.occluded1(scene->geometry.handle, &ray, &arguments);
       visible[i] = ray.tfar[0] >= 0.0F ? 1 : 0;
     }

@@ -30,6 +30,12 @@ struct Geometry {
   ~Geometry();
 };
 
+// One ray, from three numbers along three, as many of their lengths far.
+Rays<1> one_ray(const float *from, const float *along, float reach);
+
+// Finds what the hit's ray meets first. Returns whether there is anything.
+bool intersect(const Geometry &scene, RayHit &hit);
+
 } // namespace ob
 
 struct ob_device {
