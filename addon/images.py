@@ -9,8 +9,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..core.bake import Baked, BakedMap, Settings
+from ..core.bake import Baked, Settings
 from ..core.images import dithered
+from ..core.products import BakedMap
 from ..core.scene import Floats
 from .files import write_map
 

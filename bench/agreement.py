@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..addon.cycles import CyclesBake, bake_ao
-from ..core.bake import BakedMap, Settings
+from ..core.bake import Settings
 from ..core.compare import compare, noise
+from ..core.products import BakedMap
 from ..core.scene import Instance, Ints
 from ..core.texels import owners_by_centre, rasterize
 from ..samples.scenes import SCENES, build

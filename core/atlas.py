@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .bake import Baked, BakedMap
-from .finish import fill_margin
+from .bake import Baked
+from .finish import fill_margins
+from .products import BakedMap
 from .scene import Floats
 
 
@@ -77,7 +78,7 @@ class _Map:
     def finish(self, margin: int) -> BakedMap:
         covered = self.covered
         return BakedMap(
-            values=fill_margin(self.values, covered, margin),
+            values=fill_margins(self.values, covered, margin),
             covered=covered,
             coverage=np.minimum(self.coverage, np.float32(1.0)),
             error=float(np.sqrt(self.squares / max(self.count, 1))),

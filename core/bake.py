@@ -13,26 +13,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import horizon, inside, turned
+from .bent import Bent, Space
 from .clock import timed
+from .counts import Counts
 from .embree import open_device
+from .environment import Environment
 from .errors import InputError
-from .estimators import AO, Axis, Estimator
+from .estimators import AO, Axis, Estimator, Falloff
 from .field import Field
-from .finish import fill_margin
+from .frames import Texture, check_tangents
 from .highs import onto_highs
 from .kernel_api import Control
 from .occluders import Frame, Occluders
+from .products import BakedMap, Finisher, traced_estimators
 from .progress import Preview, Progress
 from .scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
 from .solve import MOST_MEAN_RAYS, Goal, Means, Solved, first_rays, solve
 from .texels import Texels, rasterize
 from .tiles import part_in_tile, uv_in_tile, within_tile
-from .tracer import CHUNK_RAYS, Rays, Sums, trace, trace_texels
+from .tracer import CHUNK_RAYS, Rays, Sums, images_of, trace, trace_texels
 
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
 MAX_THREADS = 1024
 LEAST_ERROR, MOST_ERROR = 1e-5, 0.5
+LEAST_SPREAD = 1.0  # degrees: narrower cones are rays
 FARTHEST_CAMERA = 1e30  # float32 holds it, whatever the frame's origin
 
 # Seeds of rounds and of probes, so many apart.
@@ -48,6 +53,9 @@ class Settings:
     as many rays as that takes. filtered: by the filter that knows the surface; None: where an error is asked for.
     distance: scene units, None for no limit. threads 0: all.
     divide_horizon: maps about the reflected direction become a share of what an open surface would get (horizon.py).
+    nearest: scene units; what is nearer blocks nothing. falloff: by which occluders block less up to the distance.
+    spread: degrees across the cone about a lobe's axis that its rays stay in. front_only: faces block nothing from
+    behind. bent: how bent normals are written, where they are wanted.
 
     Raises InputError, one line, for a value out of range.
     """
@@ -63,10 +71,15 @@ class Settings:
     divide_horizon: bool = False
     error: float | None = None
     filtered: bool | None = None
+    nearest: float = 0.0
+    falloff: Falloff = Falloff.NONE
+    spread: float = 180.0
+    front_only: bool = False
+    bent: Bent | None = None
 
     def __post_init__(self) -> None:
-        if not self.estimators:
-            raise InputError("nothing to bake; choose AO, RO or both")
+        if not self.estimators and self.bent is None:
+            raise InputError("nothing to bake; choose AO, RO or another map")
         names = [estimator.name for estimator in self.estimators]
         if len(set(names)) < len(names):
             raise InputError(f"of the maps {', '.join(names)} two have the same name; ask for each once")
@@ -78,6 +91,12 @@ class Settings:
             raise InputError(f"error {self.error:g}: give an RMSE of {LEAST_ERROR:g} to {MOST_ERROR:g}, e.g. 0.004")
         if self.distance is not None and not (math.isfinite(self.distance) and self.distance > 0.0):
             raise InputError(f"distance {self.distance:g}: give a number above 0, or none for no limit")
+        if not (math.isfinite(self.nearest) and 0.0 <= self.nearest < self.reach):
+            raise InputError(f"minimum distance {self.nearest:g}: give a number from 0 on, and below the distance")
+        if self.falloff is not Falloff.NONE and self.distance is None:
+            raise InputError(f"falloff {self.falloff.name.lower()}: it needs a distance to fall off over; give one")
+        if not LEAST_SPREAD <= self.spread <= 180.0:
+            raise InputError(f"spread {self.spread:g}: give {LEAST_SPREAD:g} to 180 degrees")
         if not 0 <= self.margin <= MAX_SIZE:
             raise InputError(f"margin {self.margin}: give 0 to {MAX_SIZE} texels")
         if not 0 <= self.threads <= MAX_THREADS:
@@ -92,22 +111,6 @@ class Settings:
     def reach(self) -> float:
         """The distance as the tracer takes it."""
         return math.inf if self.distance is None else self.distance
-
-
-@dataclass(frozen=True, eq=False)
-class BakedMap:
-    """One finished image. values: (H, W) float32 with margins; covered: (H, W) bool; coverage: (H, W) float32, 0 in
-    margins; error: measured RMSE over the covered texels, and p99 the error that 99 of 100 stay within (probes.py);
-    mean: their mean; rays: all that made it, but for those that measured its error. Values are 0 to 1, but for noise
-    above 1 where the horizon was divided out and nothing filtered."""
-
-    values: Floats
-    covered: NDArray[np.bool_]
-    coverage: Floats
-    error: float
-    p99: float
-    mean: float
-    rays: int
 
 
 @dataclass(eq=False)
@@ -140,12 +143,16 @@ class Baker:
     def __init__(self, scene: Scene, settings: Settings, progress: Progress | None = None) -> None:
         if any(each.axis is Axis.REFLECTED for each in settings.estimators):
             _check_camera(scene.camera)
+        if any(each.is_light for each in settings.estimators) and scene.environment is None:
+            raise InputError("the scene has no World to take light from; add one in World properties, or bake no light")
         self.device = open_device(settings.threads)
         self._scene = scene
         self._settings = settings
         self._progress = progress or Progress()
         self._progress.expect(len(scene.targets))
-        self._occluders = Occluders(self.device, scene.occluders, settings.reach, _reserved(scene))
+        self._occluders = Occluders(
+            self.device, scene.occluders, settings.reach, _reserved(scene), front_only=settings.front_only
+        )
         self._warnings = list(self._occluders.warnings)
 
     def bake(self, target: Instance, tile: int | None = None) -> Baked:
@@ -166,12 +173,15 @@ class Baker:
         settings, progress = self._settings, self._progress
         seconds: dict[str, float] = {}
         warnings = check_target(target)
+        if settings.bent is not None and settings.bent.space is Space.TANGENT:
+            check_tangents(target)
         with timed(seconds, "texels"):
             texels = _texels_of(target, tile, settings, progress)
         with timed(seconds, "build"):
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress)
             surface = _in_tile(surface_of(target, frame.origin), tile)
+        low = texels.owner
         if target.name in self._scene.highs:
             with timed(seconds, "texels"):
                 surface, texels = self._onto_highs(target, surface, texels, frame)
@@ -180,18 +190,25 @@ class Baker:
             backs = self._share_turned(target, surface, texels, frame)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
         shown = target if tile is None else part_in_tile(target, tile)
-        bench = _Bench(shown, frame, surface, texels, camera, settings, progress)
+        traced_maps = traced_estimators(settings.estimators, settings.bent)
+        bench = _Bench(shown, frame, surface, texels, camera, settings, progress, traced_maps, self._scene.environment)
         solved = bench.solve(seconds)
         with timed(seconds, "finish"):
-            maps = {
-                estimator.name: _finished(each, texels, settings, progress)
-                for estimator, each in zip(settings.estimators, solved, strict=True)
-            }
+            progress.raise_if_cancelled()
+            texture = None if settings.bent is None else Texture(target, low, tile)
+            finisher = Finisher(
+                *(surface, texels.owner, texture, texels.coverage, settings.margin, camera),
+                *(self._scene.environment, settings.bent, settings.threads),
+            )
+            maps: dict[str, BakedMap] = {}
+            for estimator, each in zip(traced_maps, solved, strict=True):
+                wanted = any(one.name == estimator.name for one in settings.estimators)
+                maps.update(finisher.maps(estimator, each, wanted=wanted))
         traced = sum(each.rays for each in solved)
         warnings += [*texels.warnings, *inside.warning(target.name, share), *turned.warning(target.name, backs)]
         if AO.name in maps and share < inside.TOLD and backs < inside.TOLD:
             warnings += turned.dark_warning(target.name, maps[AO.name].mean)
-        warnings += _shortfalls(target, settings, solved)
+        warnings += _shortfalls(target, settings, traced_maps, solved)
         what = (target.name, settings.width, settings.height, texels.count, traced, maps)
         return Baked(*what, share, texels.overlapped, backs, seconds, warnings, tile)
 
@@ -252,7 +269,10 @@ class _Bench:
         camera: Camera | None,
         settings: Settings,
         progress: Progress,
+        estimators: Sequence[Estimator],
+        environment: Environment | None,
     ) -> None:
+        self._estimators, self._environment = estimators, environment
         self._target, self._frame, self._surface, self._owner = target, frame, surface, texels.owner
         # More triangles than texels: the rays of neighbouring texels mostly meet different ones (docs/figures.md).
         self._coherent = frame.triangles <= texels.count
@@ -262,16 +282,16 @@ class _Bench:
 
     def solve(self, seconds: dict[str, float]) -> list[Solved]:
         """All maps. Their first round is traced together."""
-        goal, estimators = self._settings.goal, self._settings.estimators
+        goal, estimators = self._settings.goal, self._estimators
         with timed(seconds, "trace"):
-            into = np.zeros((len(estimators), *self._owner.shape), dtype=np.float32)
-            self._preview(into[0], first_rays(goal))
+            into = np.zeros((images_of(estimators), *self._owner.shape), dtype=np.float32)
+            if estimators[0].counts is not Counts.LIGHT:  # whose sums are no share of the rays
+                self._preview(into[0], first_rays(goal))
             sums = self._trace(self._owner, estimators, first_rays(goal), 0, halves=not goal.plain, into=into)
             self._progress.preview = None  # it holds the sums
             del into
-        halves = sums.first_half if sums.first_half is not None else [None] * len(estimators)
-        openings = list(zip(sums.all, halves, strict=True))
-        del sums, halves  # as large as the image: `solve` lets go of them once it has read them
+        openings = _openings(sums, estimators, first_rays(goal))
+        del sums  # as large as the image: `solve` lets go of them once it has read them
         solved = []
         with timed(seconds, "solve"):
             for estimator in estimators:
@@ -287,7 +307,7 @@ class _Bench:
             with _moved(seconds, "solve", "trace"):
                 sums = self._trace(owner, (estimator,), rays, next(rounds), halves=True)
             assert sums.first_half is not None
-            return sums.all[0], sums.first_half[0]
+            return estimator.counts.totals(sums.all, rays), estimator.counts.totals(sums.first_half, rays // 2)
 
         def probe(texels: NDArray[np.int64], rays: int) -> Floats:
             with _moved(seconds, "solve", "probe"):
@@ -296,12 +316,11 @@ class _Bench:
                     *(self._frame.scene, self._surface, self._owner, texels, (estimator,), how),
                     control=self._progress.control,
                 )
-            row: Floats = listed[0]
             if self._divides(estimator):
-                horizon.divide(row, self._openness(estimator, texels))
-            return row
+                horizon.divide(listed[0], self._openness(estimator, texels))
+            return listed
 
-        return Means(trace_round, probe, lambda: self._field, self._enter, self._show)
+        return Means(trace_round, probe, estimator.counts, lambda: self._field, self._enter, self._show)
 
     def _show(self, values: Floats) -> None:
         """A map as it is after a round."""
@@ -334,22 +353,32 @@ class _Bench:
         control = self._enter("tracing", rays=True)
         what = (self._frame.scene, self._surface, owner, estimators, self._rays(rays, number))
         sums = trace(*what, halves=halves, into=into, control=control)
-        for index, estimator in enumerate(estimators):
+        index = 0
+        for estimator in estimators:
             if self._divides(estimator):
                 openness = self._openness(estimator)
                 for images in (sums.all, sums.first_half):
                     if images is not None:
                         horizon.divide(images[index], openness)
+            index += estimator.counts.images
         return sums
 
     def _rays(self, rays: int, number: int) -> Rays:
         """Each round's rays, and each draw of the probes', by a seed of its own; the first round's by the bake's."""
         settings = self._settings
         seed = settings.seed + number * _NEXT_SEED
-        return Rays(rays, seed, settings.reach, settings.threads, camera=self._camera, coherent=self._coherent)
+        return Rays(
+            *(rays, seed, settings.reach, settings.threads),
+            camera=self._camera,
+            coherent=self._coherent,
+            nearest=settings.nearest,
+            falloff=settings.falloff,
+            spread=settings.spread,
+            light=self._environment,
+        )
 
     def _divides(self, estimator: Estimator) -> bool:
-        return self._divided and estimator.axis is Axis.REFLECTED
+        return self._divided and estimator.axis is Axis.REFLECTED and not estimator.is_light
 
     def _openness(self, estimator: Estimator, texels: NDArray[np.int64] | None = None) -> Doubles:
         """Of all texels, (H, W), or of those listed."""
@@ -377,20 +406,26 @@ class _Bench:
         return self._progress.enter(f"{self._target.name}: {stage}", (start, end), rays=rays)
 
 
-def _finished(solved: Solved, texels: Texels, settings: Settings, progress: Progress) -> BakedMap:
-    progress.raise_if_cancelled()
-    values = fill_margin(solved.values, solved.covered, settings.margin)
-    coverage = np.where(solved.covered, texels.coverage, np.float32(0.0))
-    error = solved.error
-    return BakedMap(values, solved.covered, coverage, error.rmse, error.p99, solved.mean, solved.rays)
+def _openings(sums: Sums, estimators: Sequence[Estimator], rays: int) -> list[tuple[Floats, Floats | None]]:
+    """What each map is solved from: its rows times the rays, of all of them and of the first half."""
+    openings: list[tuple[Floats, Floats | None]] = []
+    first = 0
+    for each in estimators:
+        images = slice(first, first + each.counts.images)
+        half = None if sums.first_half is None else each.counts.totals(sums.first_half[images], rays // 2)
+        openings.append((each.counts.totals(sums.all[images], rays), half))
+        first = images.stop
+    return openings
 
 
-def _shortfalls(target: Instance, settings: Settings, solved: Sequence[Solved]) -> list[str]:
+def _shortfalls(
+    target: Instance, settings: Settings, estimators: Sequence[Estimator], solved: Sequence[Solved]
+) -> list[str]:
     """A line for each map that did not get to the error asked for: it would have taken too many rays."""
     return [
         f"{target.name}: {estimator.name} has an error of {each.error.rmse:.4f}, and {settings.error:.4f} was asked "
         f"for; it would take over {MOST_MEAN_RAYS} rays a texel: ask for less, or bake fine detail into a larger image"
-        for estimator, each in zip(settings.estimators, solved, strict=True)
+        for estimator, each in zip(estimators, solved, strict=True)
         if not each.met
     ]
 

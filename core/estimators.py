@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
+from .counts import Counts
 from .errors import InputError
 
 
@@ -22,6 +23,14 @@ class Sampler(IntEnum):
     UNIFORM_SPHERE = 2  # 1/(4π)
 
 
+class Falloff(IntEnum):
+    """How much an occluder blocks at a share s of the distance; the values are the kernel's."""
+
+    NONE = 0  # all
+    LINEAR = 1  # 1 - s
+    SMOOTH = 2  # 1 - s² (3 - 2 s)
+
+
 class Axis(IntEnum):
     """Where the lobe points."""
 
@@ -31,12 +40,20 @@ class Axis(IntEnum):
 
 @dataclass(frozen=True)
 class Estimator:
-    """One map to bake. `name` is what files and reports call it: ao, ro_10, …"""
+    """One map to bake. `name` is what files and reports call it: ao, ro_10, … lobe_share: of a map of light, the rays
+    that are drawn from the lobe; the others are drawn from the light (0 to 1)."""
 
     name: str
     exponent: float
     axis: Axis = Axis.NORMAL
     sampler: Sampler = Sampler.LOBE
+    counts: Counts = Counts.VISIBILITY
+    lobe_share: float = 0.5
+
+    @property
+    def is_light(self) -> bool:
+        """Whether it needs the scene's environment."""
+        return self.counts is Counts.LIGHT
 
 
 AO = Estimator("ao", 1.0)
@@ -52,6 +69,16 @@ def reflection(exponent: float, *, from_camera: bool = False) -> Estimator:
     if not math.isfinite(exponent) or exponent < 0.0:
         raise InputError(f"RO exponent {exponent:g}: give a finite number of 0 or more")
     return Estimator(f"ro_{exponent:g}", float(exponent), Axis.REFLECTED if from_camera else Axis.NORMAL)
+
+
+def light(exponent: float | None = None, *, from_camera: bool = False) -> Estimator:
+    """The share of the environment's light that gets through, of each colour: diffuse, or by the lobe of an exponent.
+
+    Raises InputError as `reflection`.
+    """
+    if exponent is None:
+        return Estimator("light", 1.0, counts=Counts.LIGHT)
+    return replace(reflection(exponent, from_camera=from_camera), name=f"light_{exponent:g}", counts=Counts.LIGHT)
 
 
 def sampled(estimator: Estimator, sampler: str) -> Estimator:

@@ -44,6 +44,14 @@ def fill_margin(values: Floats, covered: Bools, pixels: int) -> Floats:
     return np.ascontiguousarray(filled.reshape(-1, stride)[1:-1, 1:-1])
 
 
+def fill_margins(values: Floats, covered: Bools, pixels: int) -> Floats:
+    """`fill_margin` for (h, w) values, or (h, w, c), each channel by itself."""
+    if values.ndim == 2:
+        return fill_margin(values, covered, pixels)
+    channels = [fill_margin(values[..., channel], covered, pixels) for channel in range(values.shape[2])]
+    return np.stack(channels, axis=2)
+
+
 def _framed(image: NDArray[Kind]) -> NDArray[Kind]:
     """The image, flat, in a frame of zeros one texel wide."""
     return np.pad(image, 1).ravel()

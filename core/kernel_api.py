@@ -13,13 +13,38 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 6
+ABI_VERSION = 7
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
 
 class Map(Structure):
-    _fields_ = [("sampler", c_int32), ("axis", c_int32), ("exponent", c_double)]
+    _fields_ = [
+        ("sampler", c_int32),
+        ("axis", c_int32),
+        ("exponent", c_double),
+        ("cosine", c_double),
+        ("lobe_share", c_double),
+        ("counts", c_int32),
+    ]
+
+
+class Light(Structure):
+    _fields_ = [
+        ("radiance", c_void_p),
+        ("density", c_void_p),
+        ("rows", c_void_p),
+        ("columns", c_void_p),
+        ("size", c_int32),
+    ]
+
+
+class Alpha(Structure):
+    _fields_ = [("values", c_void_p), ("width", c_int32), ("height", c_int32), ("linear", c_int32), ("wrap", c_int32)]
+
+
+class Cutout(Structure):
+    _fields_ = [("uv", c_void_p), ("alpha", c_void_p), ("alphas", POINTER(Alpha)), ("alpha_count", c_int32)]
 
 
 class Control(Structure):
@@ -63,6 +88,9 @@ class TraceSettings(Structure):
         ("viewer", c_float * 3),
         ("forward", c_float * 3),
         ("incoherent", c_int32),
+        ("nearest", c_float),
+        ("falloff", c_int32),
+        ("light", POINTER(Light)),
     ]
 
 
@@ -86,11 +114,12 @@ class Slab(Structure):
 _HANDLE = c_void_p
 _CONTROL = POINTER(Control)
 _MESH = [c_void_p, c_int64, c_void_p, c_int64]
+_THROUGH = [POINTER(Cutout), c_int32]
 _FUNCTIONS: dict[str, list[Any]] = {
     "ob_device_open": [c_char_p, c_int32, POINTER(_HANDLE), POINTER(DeviceInfo)],
-    "ob_mesh_build": [_HANDLE, *_MESH, _CONTROL, POINTER(_HANDLE)],
+    "ob_mesh_build": [_HANDLE, *_MESH, *_THROUGH, _CONTROL, POINTER(_HANDLE)],
     "ob_scene_begin": [_HANDLE, POINTER(_HANDLE)],
-    "ob_scene_add_triangles": [_HANDLE, *_MESH],
+    "ob_scene_add_triangles": [_HANDLE, *_MESH, *_THROUGH],
     "ob_scene_add_instances": [_HANDLE, _HANDLE, c_void_p, c_int64],
     "ob_scene_commit": [_HANDLE, _CONTROL],
     "ob_rasterize": [
@@ -105,6 +134,10 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_trace_texels": [
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
         *[c_void_p, c_int64, POINTER(c_void_p), _CONTROL],
+    ],
+    "ob_trace_cells": [
+        *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), c_void_p, c_int64],
+        *[c_void_p, c_int32, c_void_p, _CONTROL],
     ],
     "ob_field_build": [POINTER(Surface), POINTER(Slab), c_int32, _CONTROL, POINTER(_HANDLE)],
     "ob_field_filter": [_HANDLE, POINTER(Signal), _CONTROL],

@@ -13,8 +13,8 @@ import numpy as np
 
 from .embree import Device
 from .progress import Progress
-from .scene import Doubles, Floats, Instance, Mesh, bounds_of, centre_of, placed
-from .tracer import Geometry, TraceScene
+from .scene import Doubles, Floats, Instance, Mesh, bounds_of, centre_of, mirrors, placed
+from .tracer import Geometry, Through, TraceScene
 
 # A copy costs memory, an instance tracing time: below so many extra triangles a repeated mesh is copied.
 COPIED_TRIANGLES = 1 << 18
@@ -22,6 +22,9 @@ COPIED_TRIANGLES = 1 << 18
 FRAME_RADII = 4.0
 # Occluders larger than this, or farther off, are left out: lengths cubed would leave float32's range (core/scene.py).
 FARTHEST = 1e12
+
+
+_Key = tuple[int, int]  # a mesh and what of it is cut out
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,18 +59,25 @@ class Occluders:
         instances: Sequence[Instance],
         distance: float = np.inf,
         reserved: Mapping[str, Collection[str]] | None = None,
+        *,
+        front_only: bool = False,
     ) -> None:
-        """reserved: by name, objects that block light for these targets alone."""
+        """reserved: by name, objects that block light for these targets alone. front_only: faces block none from
+        behind."""
         self._device = device
         self._distance = distance
         self._reserved = reserved or {}
-        meshes = {id(instance.mesh): instance.mesh for instance in instances}
-        sound = {key: _without_broken(mesh) for key, mesh in meshes.items()}  # once a mesh, or none would be shared
-        self._instances = [replace(instance, mesh=sound[id(instance.mesh)]) for instance in instances]
+        self._front_only = front_only
+        distinct = {_key(instance): instance for instance in instances}
+        sound = {key: _without_broken(each) for key, each in distinct.items()}  # once a mesh, or none would be shared
+        self._instances = [
+            replace(instance, mesh=sound[_key(instance)].mesh, cutout=sound[_key(instance)].cutout)
+            for instance in instances
+        ]
         self.warnings = _warnings(instances, self._instances)
         self._boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
         self.warnings += _leave_out_the_largest(instances, self._boxes)
-        self._geometries: dict[int, tuple[Geometry, Doubles]] = {}
+        self._geometries: dict[_Key, tuple[Geometry, Doubles]] = {}
         self._frame: Frame | None = None
 
     def frame_for(self, target: Instance, progress: Progress) -> Frame:
@@ -105,42 +115,55 @@ class Occluders:
         instanced: set[int] = set()
         numbers: dict[int, int] = {}
         for uses in self._by_mesh(wanted):
-            mesh = self._instances[uses[0]].mesh
-            many = (len(uses) - 1) * len(mesh.triangles) > COPIED_TRIANGLES
+            first = self._instances[uses[0]]
+            many = (len(uses) - 1) * len(first.mesh.triangles) > COPIED_TRIANGLES
             apart = {i for i in uses if i != own} if many else set()
             for i in uses:
                 if i not in apart:
-                    copy = placed(self._instances[i], origin)
-                    numbers[i] = scene.add(copy.vertices, copy.triangles)
+                    numbers[i] = self._add_copy(scene, self._instances[i], origin)
             if apart:
-                self._add_instances(scene, mesh, sorted(apart), origin, progress)
+                self._add_instances(scene, first, sorted(apart), origin, progress)
                 instanced |= apart
         scene.commit(progress.control)
         triangles = sum(len(self._instances[i].mesh.triangles) for i in wanted)
         return Frame(scene, origin, wanted - instanced, frozenset(instanced), numbers, triangles)
 
     def _by_mesh(self, wanted: frozenset[int]) -> list[list[int]]:
-        groups: dict[int, list[int]] = {}
+        groups: dict[_Key, list[int]] = {}
         for i in sorted(wanted):
-            groups.setdefault(id(self._instances[i].mesh), []).append(i)
+            groups.setdefault(_key(self._instances[i]), []).append(i)
         return list(groups.values())
 
+    def _add_copy(self, scene: TraceScene, instance: Instance, origin: Doubles) -> int:
+        """In the flat tree; returns its number."""
+        copy, through = placed(instance, origin), Through(instance.cutout, self._front_only)
+        if instance.cutout is not None and mirrors(instance):  # corners have changed places
+            swapped = np.ascontiguousarray(instance.cutout.uv[:, [0, 2, 1]])
+            through = replace(through, cutout=replace(instance.cutout, uv=swapped))
+        return scene.add(copy.vertices, copy.triangles, through)
+
     def _add_instances(
-        self, scene: TraceScene, mesh: Mesh, uses: list[int], origin: Doubles, progress: Progress
+        self, scene: TraceScene, first: Instance, uses: list[int], origin: Doubles, progress: Progress
     ) -> None:
-        if id(mesh) not in self._geometries:
-            self._geometries[id(mesh)] = _centred(self._device, mesh, progress)
-        geometry, centre = self._geometries[id(mesh)]
+        if _key(first) not in self._geometries:
+            through = Through(first.cutout, self._front_only)
+            self._geometries[_key(first)] = _centred(self._device, first.mesh, through, progress)
+        geometry, centre = self._geometries[_key(first)]
         matrices = np.array([self._instances[i].matrix for i in uses])
         matrices[:, :3, 3] += matrices[:, :3, :3] @ centre - origin
         scene.add_instances(geometry, matrices[:, :3])
 
 
-def _centred(device: Device, mesh: Mesh, progress: Progress) -> tuple[Geometry, Doubles]:
+def _key(instance: Instance) -> _Key:
+    """Equal for instances that can share a tree."""
+    return id(instance.mesh), id(instance.cutout)
+
+
+def _centred(device: Device, mesh: Mesh, through: Through, progress: Progress) -> tuple[Geometry, Doubles]:
     """The mesh about the middle of its own box, and that middle."""
     centre: Doubles = np.mean(mesh.box, axis=0)
     vertices: Floats = (mesh.vertices - centre).astype(np.float32)
-    return Geometry(device, vertices, mesh.triangles, progress.control), centre
+    return Geometry(device, vertices, mesh.triangles, progress.control, through), centre
 
 
 def _is_same(instance: Instance, target: Instance) -> bool:
@@ -149,14 +172,17 @@ def _is_same(instance: Instance, target: Instance) -> bool:
     )
 
 
-def _without_broken(mesh: Mesh) -> Mesh:
-    """The mesh without the triangles that touch a non-finite vertex: Embree would drop them without a word."""
+def _without_broken(instance: Instance) -> Instance:
+    """Without the triangles that touch a non-finite vertex: Embree would drop them without a word."""
+    mesh, cutout = instance.mesh, instance.cutout
     sound = np.isfinite(mesh.vertices).all(axis=1)
     if sound.all():
-        return mesh
+        return instance
     vertices = np.where(sound[:, None], mesh.vertices, np.float32(0.0))
-    triangles = mesh.triangles[sound[mesh.triangles].all(axis=1)]
-    return Mesh(mesh.name, vertices, triangles)
+    kept = sound[mesh.triangles].all(axis=1)
+    if cutout is not None:
+        cutout = replace(cutout, alpha=cutout.alpha[kept], uv=cutout.uv[kept])
+    return replace(instance, mesh=Mesh(mesh.name, vertices, mesh.triangles[kept]), cutout=cutout)
 
 
 def _leave_out_the_largest(instances: Sequence[Instance], boxes: Doubles) -> list[str]:

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .counts import Counts, directions
 from .scene import Doubles, Floats
 
 MOST, FEWEST, SHARE = 4096, 256, 4  # probes: one texel of SHARE, but between these, and no more than there are
@@ -22,7 +24,9 @@ FEWEST_LANE_RAYS, MOST_LANE_RAYS = 8, 512
 _MOST_DOUBT = 0.1  # of a wanted square
 _BAND = 1 << 20  # texels that are looked at together when probes are placed: bounds the memory
 
-Trace = Callable[[NDArray[np.int64], int], Floats]  # texels, rays each → sums, by other rays at each call
+# Texels and rays each → sums, by other rays at each call: (images, N) float32.
+Trace = Callable[[NDArray[np.int64], int], Floats]
+Totals = Callable[[Floats, int], Floats]  # images of sums over so many rays → rows of values times the rays
 
 
 @dataclass(frozen=True)
@@ -51,8 +55,8 @@ class Error:
 
 @dataclass(frozen=True, eq=False)
 class Probes:
-    """texels: (N,) int64, y · W + x. weight: (N,) float64, 1 on average over the texels. first, second: (N,) float64,
-    the two estimates, rays: of each lane."""
+    """texels: (N,) int64, y · W + x. weight: (N,) float64, 1 on average over the texels. first, second: (R, N) float64,
+    the two estimates of each of the map's rows. rays: of each lane."""
 
     texels: NDArray[np.int64]
     weight: Doubles
@@ -61,14 +65,26 @@ class Probes:
     rays: int
 
     def error(self, values: Floats) -> Error:
-        """The error of a finished map, (H, W) float32."""
+        """The error of a finished map, (H, W) float32, its first row."""
+        return self._error(values[np.newaxis], slice(0, 1))
+
+    def error_of_more(self, rows: Floats, counts: Counts) -> Error:
+        """That of all rows after the first, (R - 1, H, W) float32, together: the length of the difference, of bent
+        directions at unit length."""
+        if counts is not Counts.BENT:
+            return self._error(rows, slice(1, None))
+        estimates = (np.concatenate([each[:1], directions(each[1:])]) for each in (self.first, self.second))
+        return replace(self, first=next(estimates), second=next(estimates))._error(directions(rows), slice(1, None))
+
+    def _error(self, rows: NDArray[np.floating[Any]], which: slice) -> Error:
         if not len(self.texels):
             return Error(0.0, 0.0, 0.0)
-        squares = self.squares(values)
+        there = rows.reshape(len(rows), -1)[:, self.texels].astype(np.float64)
+        squares = ((there - self.first[which]) * (there - self.second[which])).sum(axis=0)
         mean = float(np.average(squares, weights=self.weight))
         doubt = math.sqrt(float(((self.weight * (squares - mean)) ** 2).sum())) / float(self.weight.sum())
         # The probes' own noise widens the differences; their shape is taken as it is, their width as measured.
-        apart = np.abs(values.reshape(-1)[self.texels] - 0.5 * (self.first + self.second))
+        apart = np.linalg.norm(there - 0.5 * (self.first[which] + self.second[which]), axis=0)
         width = math.sqrt(float(np.average(apart**2, weights=self.weight)))
         narrowed = math.sqrt(max(mean, doubt)) / width if width > 0.0 else 0.0
         return Error(mean, doubt, narrowed * _quantile(apart, self.weight, 0.99))
@@ -76,7 +92,8 @@ class Probes:
     def squares(self, values: Floats) -> Doubles:
         """(N,) float64: an unbiased estimate of each probe's squared error, which noise may carry below 0."""
         there = values.reshape(-1)[self.texels].astype(np.float64)
-        return (there - self.first) * (there - self.second)
+        squares: Doubles = (there - self.first[0]) * (there - self.second[0])
+        return squares
 
 
 def how_many(texels: int) -> int:
@@ -131,12 +148,13 @@ def rays_within(budget: float, count: int) -> int:
     return 1 << int(math.log2(min(max(rays, 1.0), MOST_LANE_RAYS)))
 
 
-def draw(texels: NDArray[np.int64], weight: Doubles, rays: int, trace: Trace) -> Probes:
+def draw(texels: NDArray[np.int64], weight: Doubles, rays: int, trace: Trace, totals: Totals) -> Probes:
     """Trace the probes, `rays` a lane. Those that turn out to face away from the camera are dropped."""
     listed = np.repeat(texels, LANES)
-    sums = [trace(listed, rays).reshape(-1, LANES).astype(np.float64) for _ in range(2)]
-    seen = np.all([each.min(axis=1, initial=0.0) >= 0.0 for each in sums], axis=0)
-    first, second = (each[seen].sum(axis=1) / (LANES * rays) for each in sums)
+    images = [each.reshape(len(each), -1, LANES).astype(np.float64) for each in (trace(listed, rays) for _ in range(2))]
+    seen = np.all([each[0].min(axis=1, initial=0.0) >= 0.0 for each in images], axis=0)
+    together = LANES * rays
+    first, second = (totals(each[:, seen].sum(axis=2), together) / together for each in images)
     return Probes(texels[seen], weight[seen], first, second, rays)
 
 

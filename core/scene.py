@@ -9,12 +9,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
+
+if TYPE_CHECKING:
+    from .cutout import Cutout
+    from .environment import Environment
 
 # Beyond these sizes the cubes of lengths leave float32's range on the way through the tracer, and it finds everything
 # shut or open. Measured: wrong values come below about 2e-11 and above about 2e13.
@@ -33,7 +37,8 @@ class Mesh:
     vertices: (V, 3) float32. triangles: (T, 3) int32, counter-clockwise seen from outside.
     uv: (T, 3, 2) float32 per corner, v up, or None. normals: (T, 3, 3) float32 unit shading normals per corner, or None
     where every face is flat. corners: (T, 3) int32, which face corners of the mesh that it was made from they are,
-    where that is known.
+    where that is known. tangents: (T, 3, 4) float32 per corner, along u, and the sign of the bitangent, sign · n × t
+    (MikkTSpace), or None where nothing needs them.
     """
 
     name: str
@@ -42,6 +47,7 @@ class Mesh:
     uv: Floats | None = None
     normals: Floats | None = None
     corners: Ints | None = None
+    tangents: Floats | None = None
 
     @cached_property
     def doubled_areas(self) -> Doubles:
@@ -67,12 +73,14 @@ class Mesh:
 @dataclass(frozen=True, eq=False)
 class Instance:
     """A mesh somewhere in the world. matrix: (4, 4) float64, object to world, any affine map. owner: the object that it
-    belongs to, which of what an object instances is that object; the name, where it is empty."""
+    belongs to, which of what an object instances is that object; the name, where it is empty. cutout: where its
+    materials let light through, None where they do not."""
 
     name: str
     mesh: Mesh
     matrix: Doubles
     owner: str = ""
+    cutout: Cutout | None = None
 
     @property
     def belongs_to(self) -> str:
@@ -111,7 +119,8 @@ class Scene:
 
     targets: the objects to bake, their meshes with UVs. occluders: all that blocks light, the targets among them where
     they do (an occluder is a target's own geometry when it bears the target's name and mesh). shared: what belongs to
-    one target occludes the others, too. highs: of the targets that are baked from others, by name.
+    one target occludes the others, too. highs: of the targets that are baked from others, by name. environment: the
+    light from far away, where maps of light are baked.
     """
 
     targets: Sequence[Instance]
@@ -119,6 +128,7 @@ class Scene:
     camera: Camera | None = None
     shared: bool = True
     highs: Mapping[str, Highs] = field(default_factory=dict)
+    environment: Environment | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +222,11 @@ def bounds_of(instance: Instance) -> tuple[Doubles, Doubles]:
     return world.min(axis=0), world.max(axis=0)
 
 
+def mirrors(instance: Instance) -> bool:
+    """Whether its matrix turns the mesh inside out, so that `placed` swaps its triangles' second and third corners."""
+    return float(np.linalg.det(instance.matrix[:3, :3])) < 0.0
+
+
 def placed(instance: Instance, origin: Doubles) -> Placed:
     """Move an instance to world space about `origin` ((3,) float64), in float64, and round to float32 only then.
 
@@ -221,12 +236,11 @@ def placed(instance: Instance, origin: Doubles) -> Placed:
     mesh, linear = instance.mesh, instance.matrix[:3, :3]
     shift = instance.matrix[:3, 3] - origin
     vertices = (mesh.vertices.astype(np.float64) @ linear.T + shift).astype(np.float32)
-    determinant = float(np.linalg.det(linear))
-    order = [0, 2, 1] if determinant < 0.0 else [0, 1, 2]
+    order = [0, 2, 1] if mirrors(instance) else [0, 1, 2]
     triangles = np.ascontiguousarray(mesh.triangles[:, order], dtype=np.int32)
     uv = None if mesh.uv is None else np.ascontiguousarray(mesh.uv[:, order], dtype=np.float32)
     normals = None
-    if mesh.normals is not None and determinant != 0.0:
+    if mesh.normals is not None and np.linalg.det(linear) != 0.0:
         normals = _turned(mesh.normals, linear)[:, order]
         normals = np.ascontiguousarray(normals, dtype=np.float32)
     return Placed(vertices, triangles, uv, normals)

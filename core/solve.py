@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import probes
+from .counts import Counts
 from .estimate import Estimate
 from .field import Field
 from .kernel_api import Control
@@ -33,8 +34,8 @@ _EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: wh
 _PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
 _DOUBTED = 0.25  # of a measured square may be its doubt, or it is measured again by twice the rays
 
-# Traces each owned texel's rays, others at each call: owner (H, W), rays → sums over all and over the first half,
-# (H, W) float32; -1 where a texel faces away.
+# Traces each owned texel's rays, others at each call: owner (H, W), rays → the map's rows times the rays (counts.py),
+# over all and over the first half, (R, H, W) float32; -1 where a texel faces away.
 TraceRound = Callable[[Ints, int], tuple[Floats, Floats]]
 
 
@@ -54,8 +55,9 @@ class Goal:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """One map. values: (H, W) float32. covered: (H, W) bool, texels with a value. error, mean: over them. rays: all
-    that made the values; those that measured the error not among them. met: whether the error asked for was reached."""
+    """One map. values: (H, W) float32, its first row. covered: (H, W) bool, texels with a value. error, mean: over
+    them. rays: all that made the values; those that measured the error not among them. met: whether the error asked for
+    was reached. more: (R - 1, H, W) float32, the other rows, and more_error theirs together."""
 
     values: Floats
     covered: NDArray[np.bool_]
@@ -63,15 +65,19 @@ class Solved:
     mean: float
     rays: int
     met: bool = True
+    more: Floats | None = None
+    more_error: Error | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Means:
-    """How a map gets what it needs. trace: rounds of rays. probe: rays of listed texels. field: built when first asked
-    for. enter: begins a stage of the work, and gives its control. show: takes the map as it is after a round."""
+    """How a map gets what it needs. trace: rounds of rays. probe: rays of listed texels. counts: what is summed up of them.
+    field: built when first asked for. enter: begins a stage of the work, and gives its control. show: takes the map as it is
+    after a round."""
 
     trace: TraceRound
     probe: probes.Trace
+    counts: Counts
     field: Callable[[], Field]
     enter: Callable[[str], Control | None]
     show: Callable[[Floats], None] = lambda values: None
@@ -96,18 +102,18 @@ def _likely_error(goal: Goal) -> float:
 def solve(
     opening: tuple[Floats, Floats | None], owner: Ints, goal: Goal, exponent: float, seed: int, means: Means
 ) -> Solved:
-    """Solve one map. opening: the first round's sums, as `TraceRound` gives them, of `first_rays` rays; the half of it
-    may be None where neither an error nor the filter is asked for.
+    """Solve one map. opening: the first round, as `TraceRound` gives it, of `first_rays` rays; the half of it may be
+    None where neither an error nor the filter is asked for. Its first row decides where rays go.
 
     Texels that face away from the camera (a sum of -1) are not covered. A map without any covered texel has error and
     mean 0. Raises Cancelled, MemoryError.
     """
-    covered = (owner >= 0) & (opening[0] >= 0.0)
+    covered = (owner >= 0) & (opening[0][0] >= 0.0)
     if goal.plain:
         count = int(np.count_nonzero(covered))
-        values = np.where(covered, opening[0] / np.float32(goal.rays), np.float32(0.0))
-        _, error = _measure(values, np.zeros_like(values), covered, goal, seed, means, goal.rays * count)
-        return _solved(values, covered, error, count * goal.rays)
+        values, *more = (np.where(covered, row / np.float32(goal.rays), np.float32(0.0)) for row in opening[0])
+        probed, error = _measure(values, np.zeros_like(values), covered, goal, seed, means, goal.rays * count)
+        return _with_more(_solved(values, covered, error, count * goal.rays), more, probed, means)
     rounds = _Rounds(owner, covered, goal, exponent, means)
     rounds.open(opening)
     del opening  # as large as the image
@@ -115,7 +121,14 @@ def solve(
     while goal.error is not None and not error.within(goal.error) and rounds.go_on(probed, error):
         probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, means, rounds.rays, probed)
     met = goal.error is None or error.within(goal.error) or error.rmse <= goal.error
-    return _solved(rounds.values, covered, error, rounds.rays, met)
+    return _with_more(_solved(rounds.values, covered, error, rounds.rays, met), rounds.more(), probed, means)
+
+
+def _with_more(solved: Solved, rows: Sequence[Floats], probed: Probes, means: Means) -> Solved:
+    if not rows:
+        return solved
+    more: Floats = np.stack(rows)
+    return replace(solved, more=more, more_error=probed.error_of_more(more, means.counts))
 
 
 def _solved(values: Floats, covered: NDArray[np.bool_], error: Error, rays: int, met: bool = True) -> Solved:
@@ -139,10 +152,10 @@ def _measure(
     probed = before
     if probed is None or rays >= 2 * probed.rays:
         means.enter("measuring the error")
-        probed = probes.draw(*probes.place(expected, covered, seed), rays, means.probe)
+        probed = probes.draw(*probes.place(expected, covered, seed), rays, means.probe, means.counts.totals)
     error = probed.error(values)
     if error.doubt > _DOUBTED * error.square and probed.rays < probes.MOST_LANE_RAYS:  # it is far below the goal
-        probed = probes.draw(probed.texels, probed.weight, 2 * probed.rays, means.probe)
+        probed = probes.draw(probed.texels, probed.weight, 2 * probed.rays, means.probe, means.counts.totals)
         error = probed.error(values)
     return probed, error
 
@@ -157,6 +170,7 @@ class _Rounds:
         self._texels = _block_sums(covered.astype(np.float32))
         self._rays = np.full(self._texels.shape, first_rays(goal))  # of each texel, by block
         self._estimate = Estimate.empty(owner.shape, first_rays(goal))
+        self._more: list[Estimate] = []
         self._round = 0
         self._rate = _SLOWEST if goal.filtered else _FASTEST
         self._before: tuple[int, float] | None = None  # rays and squared error before the last round
@@ -171,8 +185,17 @@ class _Rounds:
         """Take in the first round, of every texel."""
         total, first = opening
         assert first is not None
-        self._estimate.add(total, first, first_rays(self._goal), self._covered)
+        self._more = [Estimate.empty(self._owner.shape, first_rays(self._goal)) for _ in total[1:]]
+        self._add(total, first, first_rays(self._goal), self._covered)
         self._filter()
+
+    def more(self) -> list[Floats]:
+        """The other rows, which had the same rays."""
+        return [self._filtered(each)[0] for each in self._more]
+
+    def _add(self, total: Floats, first: Floats, rays: int, where: NDArray[np.bool_]) -> None:
+        for estimate, *row in zip((self._estimate, *self._more), total, first, strict=True):
+            estimate.add(row[0], row[1], rays, where)
 
     def go_on(self, probed: Probes, error: Error) -> bool:
         """A further round, where it lowers the error most. Returns whether there was anything left to do."""
@@ -187,7 +210,7 @@ class _Rounds:
         for rays in np.unique(extra[extra > 0]):
             where = _unblocked(extra == rays, self._owner.shape) & self._covered
             total, first = self._means.trace(np.where(where, self._owner, -1), int(rays))
-            self._estimate.add(total, first, int(rays), where & (total >= 0.0))  # some may face away this time
+            self._add(total, first, int(rays), where & (total[0] >= 0.0))  # some may face away this time
         self._rays += extra
         self._filter()
         return True
@@ -202,17 +225,20 @@ class _Rounds:
         self._before = self.rays, square
 
     def _filter(self) -> None:
-        estimate = self._estimate
+        self.values, self.expected = self._filtered(self._estimate)
+        self._means.show(self.values)
+
+    def _filtered(self, estimate: Estimate) -> tuple[Floats, Floats]:
         field = self._means.field()
         control = self._means.enter("filtering")
-        self.values, self.expected = field.filter(
+        values, expected = field.filter(
             *(estimate.value, estimate.noise, estimate.precision, self._exponent),
             plain=not self._goal.filtered,
             control=control,
         )
-        np.copyto(self.values, np.float32(0.0), where=~self._covered)
-        np.copyto(self.expected, np.float32(0.0), where=~self._covered)
-        self._means.show(self.values)
+        for image in (values, expected):
+            np.copyto(image, np.float32(0.0), where=~self._covered)
+        return values, expected
 
     def _squares(self, probed: Probes) -> Doubles:
         """Each block's squared error, summed over its texels: as the filter expects it, to the measured scale."""

@@ -3,29 +3,51 @@
 from __future__ import annotations
 
 import ctypes
+import math
 from collections.abc import Sequence
 from ctypes import byref, c_void_p
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import kernel_api as api
 from .embree import Device
-from .estimators import Estimator
+from .estimators import Estimator, Falloff
 from .scene import Camera, Doubles, Floats, Ints, Placed
+
+if TYPE_CHECKING:
+    from .cutout import Cutout
+    from .environment import Environment
+
+
+@dataclass(frozen=True, eq=False)
+class Through:
+    """What a mesh lets through: the clear parts of a cutout, and rays that come from behind its triangles."""
+
+    cutout: Cutout | None = None
+    front_only: bool = False
+
+
+OPAQUE = Through()
 
 
 class Geometry:
     """Triangles in a tree of their own, to be instanced. vertices (V, 3) float32, triangles (T, 3) int32."""
 
-    def __init__(self, device: Device, vertices: Floats, triangles: Ints, control: api.Control | None = None) -> None:
+    def __init__(
+        self,
+        device: Device,
+        vertices: Floats,
+        triangles: Ints,
+        control: api.Control | None = None,
+        through: Through = OPAQUE,
+    ) -> None:
         self.device = device
         self.handle = c_void_p()
-        status = api.library().ob_mesh_build(
-            device.handle, *_mesh(vertices, triangles), pointer_to(control), byref(self.handle)
-        )
+        mesh = (*_mesh(vertices, triangles), *_through(through))
+        status = api.library().ob_mesh_build(device.handle, *mesh, pointer_to(control), byref(self.handle))
         api.check(status)
         api.release_with(self, "ob_mesh_free", self.handle)
 
@@ -40,11 +62,11 @@ class TraceScene:
         api.release_with(self, "ob_scene_free", self.handle)
         self._count = 0
 
-    def add(self, vertices: Floats, triangles: Ints) -> int:
+    def add(self, vertices: Floats, triangles: Ints, through: Through = OPAQUE) -> int:
         """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32. Returns their number in it, -1 for none."""
         if not len(triangles):
             return -1
-        api.check(api.library().ob_scene_add_triangles(self.handle, *_mesh(vertices, triangles)))
+        api.check(api.library().ob_scene_add_triangles(self.handle, *_mesh(vertices, triangles), *_through(through)))
         self._count += 1
         return self._count - 1
 
@@ -115,6 +137,8 @@ class Rays:
     """How to trace. distance: scene units, inf = no limit. threads 0: all. packet_width 0: the device's native one.
 
     coherent: whether rays side by side mostly meet the same triangles; for speed, it changes no value but for rounding.
+    nearest: what is nearer does not block. falloff: of what is within the distance, which must then be finite. spread:
+    degrees across the cone about a lobe's axis that its rays stay in. light: what maps of light see.
     """
 
     count: int
@@ -124,11 +148,15 @@ class Rays:
     packet_width: int = 0
     camera: Camera | None = None  # in the frame of the scene
     coherent: bool = True
+    nearest: float = 0.0
+    falloff: Falloff = Falloff.NONE
+    spread: float = 180.0
+    light: Environment | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """What tracing brings, a row an estimator.
+    """What tracing brings: of each estimator as many images as it counts, one after the other.
 
     all: (M, H, W) float32, the sum over the rays; -1 where the texel faces away from the camera, 0 where it has no
     owner. first_half: the same over the first count // 2 rays, None if not asked for.
@@ -154,12 +182,13 @@ def trace(
 
     Same input and seed, same bits, whatever the number of threads. Raises Cancelled, MemoryError, InputError.
     """
-    shape = (len(estimators), *owner.shape)
+    shape = (images_of(estimators), *owner.shape)
     sums = np.zeros(shape, dtype=np.float32) if into is None else into
     first_half = np.zeros(shape, dtype=np.float32) if halves else None
     described = describe_surface(surface, owner)
     halves_rows = None if first_half is None else _rows(first_half)
-    what = _what(scene, described, estimators, rays)
+    light = _light(rays.light)
+    what = _what(scene, described, estimators, rays, light)
     api.check(api.library().ob_trace(*what, _rows(sums), halves_rows, pointer_to(control)))
     return Sums(sums, first_half)
 
@@ -178,12 +207,44 @@ def trace_texels(
 
     Returns (M, len(texels)) float32, a row an estimator: sums as in `Sums.all`. Raises as `trace`.
     """
-    sums = np.zeros((len(estimators), len(texels)), dtype=np.float32)
+    sums = np.zeros((images_of(estimators), len(texels)), dtype=np.float32)
     described = describe_surface(surface, owner)
-    what = _what(scene, described, estimators, rays)
+    light = _light(rays.light)
+    what = _what(scene, described, estimators, rays, light)
     listed = (api.address(texels, np.int64), len(texels))
     api.check(api.library().ob_trace_texels(*what, *listed, _rows(sums), pointer_to(control)))
     return sums
+
+
+def trace_cells(
+    scene: TraceScene,
+    surface: Placed,
+    owner: Ints,
+    texels: NDArray[np.int64],
+    tangents: Floats,
+    side: int,
+    rays: Rays,
+    *,
+    control: api.Control | None = None,
+) -> Floats:
+    """How open the cells of the hemisphere are, of listed owned texels: (N, side, side) float32, the mean of V.
+
+    tangents: (N, 4) float32, the direction of u and the sign of the bitangent. side: 8 or 16; rays: a power of two,
+    one a cell at least. The cells' convention stands in cells.py. Raises as `trace`.
+    """
+    cells = np.zeros((len(texels), side, side), dtype=np.float32)
+    described = describe_surface(surface, owner)
+    listed = (api.address(texels, np.int64), len(texels), api.address(tangents, np.float32), side)
+    status = api.library().ob_trace_cells(
+        scene.handle, byref(described), byref(_settings(rays, None)), *listed, cells.ctypes.data, pointer_to(control)
+    )
+    api.check(status)
+    return cells
+
+
+def images_of(estimators: Sequence[Estimator]) -> int:
+    """How many images the sums of these take."""
+    return sum(each.counts.images for each in estimators)
 
 
 def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
@@ -203,13 +264,31 @@ def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
     )
 
 
-def _what(scene: TraceScene, described: api.Surface, estimators: Sequence[Estimator], rays: Rays) -> tuple[Any, ...]:
+def _what(
+    scene: TraceScene,
+    described: api.Surface,
+    estimators: Sequence[Estimator],
+    rays: Rays,
+    light: api.Light | None,
+) -> tuple[Any, ...]:
     """The arguments that all tracing begins with."""
-    maps = (api.Map * len(estimators))(*(api.Map(e.sampler, e.axis, e.exponent) for e in estimators))
-    return scene.handle, byref(described), byref(_settings(rays)), maps, len(estimators)
+    cosine = math.cos(math.radians(0.5 * rays.spread)) if rays.spread < 180.0 else 0.0
+    maps = (api.Map * len(estimators))(
+        *(api.Map(e.sampler, e.axis, e.exponent, cosine, e.lobe_share, e.counts) for e in estimators)
+    )
+    return scene.handle, byref(described), byref(_settings(rays, light)), maps, len(estimators)
 
 
-def _settings(rays: Rays) -> api.TraceSettings:
+def _light(environment: Environment | None) -> api.Light | None:
+    """As the kernel takes it; the environment keeps the arrays."""
+    if environment is None:
+        return None
+    sampling = environment.sampling
+    arrays = (environment.radiance, sampling.density, sampling.rows, sampling.columns)
+    return api.Light(*(api.address(each, np.float32) for each in arrays), len(environment.radiance))
+
+
+def _settings(rays: Rays, light: api.Light | None) -> api.TraceSettings:
     vector = ctypes.c_float * 3
     camera = rays.camera or Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     return api.TraceSettings(
@@ -222,6 +301,9 @@ def _settings(rays: Rays) -> api.TraceSettings:
         vector(*camera.position),
         vector(*camera.forward),
         int(not rays.coherent),
+        rays.nearest,
+        int(rays.falloff),
+        None if light is None else ctypes.pointer(light),
     )
 
 
@@ -231,6 +313,21 @@ def _rows(images: Floats) -> ctypes.Array[c_void_p]:
 
 def _mesh(vertices: Floats, triangles: Ints) -> tuple[int | None, int, int | None, int]:
     return api.address(vertices, np.float32), len(vertices), api.address(triangles, np.int32), len(triangles)
+
+
+def _through(through: Through) -> tuple[Any, int]:
+    """As the kernel takes it, and copies it."""
+    cutout = through.cutout
+    if cutout is None:
+        return None, int(through.front_only)
+    alphas = (api.Alpha * len(cutout.alphas))(
+        *(
+            api.Alpha(api.address(each.values, np.float32), *each.values.shape[::-1], int(each.linear), int(each.wrap))
+            for each in cutout.alphas
+        )
+    )
+    arrays = (api.address(cutout.uv, np.float32), api.address(cutout.alpha, np.int32))
+    return ctypes.pointer(api.Cutout(*arrays, alphas, len(alphas))), int(through.front_only)
 
 
 def pointer_to(control: api.Control | None) -> object:

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ...core.bake import BakedMap, Settings, bake
+from ...core.bake import Settings, bake
 from ...core.estimators import open_horizon, reflection
+from ...core.products import BakedMap
 from ...core.scene import Camera, Doubles, Instance, Mesh, Scene
 from ..pages import ROOT
 from .point import patch

@@ -11,7 +11,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.images import show_picture, store  # noqa: E402
-from occlusion_bake.core.bake import Baked, BakedMap  # noqa: E402
+from occlusion_bake.core.bake import Baked  # noqa: E402
+from occlusion_bake.core.products import BakedMap  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core import probes
+from occlusion_bake.core.counts import Counts
 from occlusion_bake.core.probes import LANES, MOST, Probes, draw, how_many, place
 
 SIDE = 128
 RAYS = 4
+TOTALS = Counts.VISIBILITY.totals
 
 
 def binomial(truth: np.ndarray, seed: int):  # type: ignore[no-untyped-def]
@@ -17,7 +19,7 @@ def binomial(truth: np.ndarray, seed: int):  # type: ignore[no-untyped-def]
     rng = np.random.default_rng(seed)
 
     def trace(texels: np.ndarray, rays: int) -> np.ndarray:
-        return rng.binomial(rays, truth.reshape(-1)[texels]).astype(np.float32)
+        return rng.binomial(rays, truth.reshape(-1)[texels]).astype(np.float32)[np.newaxis]
 
     return trace
 
@@ -30,7 +32,8 @@ def truth() -> np.ndarray:
 
 
 def measured(values: np.ndarray, truth: np.ndarray, expected: np.ndarray, covered: np.ndarray) -> list[Probes]:
-    return [draw(*place(expected.astype(np.float32), covered, seed), RAYS, binomial(truth, seed)) for seed in range(64)]
+    placed = (place(expected.astype(np.float32), covered, seed) for seed in range(64))
+    return [draw(*each, RAYS, binomial(truth, seed), TOTALS) for seed, each in enumerate(placed)]
 
 
 @pytest.mark.parametrize("expectation", ["none", "right", "wrong"])
@@ -91,15 +94,17 @@ def test_few_texels_are_all_probed_and_none_give_none() -> None:
     covered[2, 3:6] = True
     texels, _ = place(np.zeros((8, 8), dtype=np.float32), covered, 0)
     assert sorted(texels) == [19, 20, 21]
-    nothing = draw(*place(np.zeros((8, 8), dtype=np.float32), np.zeros_like(covered), 0), 4, binomial(np.ones(64), 0))
+    nothing = draw(
+        *place(np.zeros((8, 8), dtype=np.float32), np.zeros_like(covered), 0), 4, binomial(np.ones(64), 0), TOTALS
+    )
     assert nothing.error(np.zeros((8, 8), dtype=np.float32)).rmse == 0.0
 
 
 def test_probes_that_face_away_are_dropped() -> None:
     def trace(texels: np.ndarray, rays: int) -> np.ndarray:
-        return np.where(texels == 1, -1.0, rays).astype(np.float32)
+        return np.where(texels == 1, -1.0, rays).astype(np.float32)[np.newaxis]
 
-    probes = draw(np.array([0, 1, 2]), np.ones(3), 4, trace)
+    probes = draw(np.array([0, 1, 2]), np.ones(3), 4, trace, TOTALS)
     assert list(probes.texels) == [0, 2] and np.all(probes.first == 1.0)
     assert LANES == 16
 

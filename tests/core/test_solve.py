@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.bake import Baked
+from occlusion_bake.core.counts import Counts
 from occlusion_bake.core.estimators import AO, reflection, sampled
 from occlusion_bake.core.scene import Scene
 from occlusion_bake.core.solve import Goal, Means, first_rays, solve
@@ -168,14 +169,14 @@ def test_a_closed_and_an_open_surface_need_no_second_round(shapes: Any, bake_one
 
 
 def test_texels_that_face_away_are_not_covered() -> None:
-    opening = np.float32([[-1.0, -1.0]]), None
+    opening = np.float32([[[-1.0, -1.0]]]), None
     solved = solve(opening, np.int32([[0, 0]]), Goal(4), 1.0, 0, no_means())
     assert not solved.covered.any() and np.all(solved.values == 0)
     assert (solved.error.rmse, solved.mean) == (0.0, 0.0)
 
 
 def test_values_are_means_and_uncovered_texels_are_0() -> None:
-    opening = np.float32([[0, 4, 0], [3, -1, 0]]), None
+    opening = np.float32([[[0, 4, 0], [3, -1, 0]]]), None
     owner = np.int32([[0, 0, -1], [0, 0, -1]])
     solved = solve(opening, owner, Goal(4), 1.0, 0, no_means())
     assert_array_equal(solved.values, np.float32([[0, 1, 0], [0.75, 0, 0]]))
@@ -188,12 +189,12 @@ def no_means() -> Means:
     """For a plain bake: probes that agree with nothing are all it asks for."""
 
     def probe(texels: np.ndarray, rays: int) -> np.ndarray:
-        return np.zeros(len(texels), dtype=np.float32)
+        return np.zeros((1, len(texels)), dtype=np.float32)
 
     def refuse(*_: Any) -> Any:
         raise AssertionError("a plain bake has one round and no filter")
 
-    return Means(refuse, probe, refuse, lambda stage: None)
+    return Means(refuse, probe, Counts.VISIBILITY, refuse, lambda stage: None)
 
 
 def test_what_is_told_with_much_doubt_is_measured_again_by_more_rays() -> None:
@@ -203,9 +204,9 @@ def test_what_is_told_with_much_doubt_is_measured_again_by_more_rays() -> None:
 
     def probe(texels: np.ndarray, rays: int) -> np.ndarray:
         asked.append(rays)
-        return ((truth + random.normal(0.0, 1.0 / np.sqrt(rays), len(texels))) * rays).astype(np.float32)
+        return ((truth + random.normal(0.0, 1.0 / np.sqrt(rays), (1, len(texels)))) * rays).astype(np.float32)
 
-    opening = np.full((64, 64), (truth + error) * 4, dtype=np.float32), None
+    opening = np.full((1, 64, 64), (truth + error) * 4, dtype=np.float32), None
     told = solve(opening, np.zeros((64, 64), np.int32), Goal(4), 1.0, 0, replace(no_means(), probe=probe)).error
     assert asked == [asked[0]] * 2 + [2 * asked[0]] * 2  # two estimates each time
     assert told.square < told.doubt * 8 and told.rmse < 0.05

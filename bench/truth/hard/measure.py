@@ -18,10 +18,11 @@ import numpy as np
 
 from ....addon.cycles import CyclesBake, bake_ao
 from ....addon.leave import leave
-from ....core.bake import BakedMap, bake
+from ....core.bake import bake
 from ....core.compare import picture
 from ....core.estimators import AO
 from ....core.images import write_image
+from ....core.products import BakedMap
 from ....core.scene import Doubles, Floats
 from ....core.version import version
 from ...ours import bake_here

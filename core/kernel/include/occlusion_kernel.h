@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 6 };
+enum { OB_ABI_VERSION = 7 };
 
 enum ob_status {
   OB_OK = 0,
@@ -46,17 +46,65 @@ enum ob_axis {
   OB_AXIS_REFLECTED = 1 /* on the viewing direction mirrored by the shading normal */
 };
 
+/* What is summed up of the rays of a map, and in how many images. */
+enum ob_counts {
+  OB_COUNTS_VISIBILITY = 0, /* 1: V */
+  OB_COUNTS_BENT = 1,       /* 4: V, and V times the three parts of the ray's direction */
+  OB_COUNTS_LIGHT = 2       /* 6: V times the light's red, green and blue, and these without V; OB_SAMPLE_LOBE only */
+};
+
+/* How much an occluder blocks at a share s of the distance. */
+enum ob_falloff {
+  OB_FALLOFF_NONE = 0,   /* all of the light */
+  OB_FALLOFF_LINEAR = 1, /* 1 - s */
+  OB_FALLOFF_SMOOTH = 2  /* 1 - s^2 (3 - 2 s) */
+};
+
+enum ob_wrap { OB_WRAP_REPEAT = 0, OB_WRAP_EXTEND = 1, OB_WRAP_CLIP = 2, OB_WRAP_MIRROR = 3 };
+
 enum ob_rule {
   OB_RULE_COVERAGE = 0, /* conservative: the triangle that covers most of a texel owns it; of equals the later */
   OB_RULE_CENTRE = 1    /* the later triangle over the point (x + 0.501, y + 0.502), y from the bottom: Cycles' rule */
 };
 
-/* The integrand (e+1)/(2 pi) max(axis . w, 0)^e over the hemisphere of the shading normal; e = 1 is cos/pi, AO. */
+/* The integrand (e+1)/(2 pi) max(axis . w, 0)^e over the hemisphere of the shading normal; e = 1 is cos/pi, AO. With a
+ * narrowest cosine it is 0 where axis . w is less, and elsewhere so much larger that its integral stays 1. */
 typedef struct ob_map {
   int32_t sampler;
   int32_t axis;
-  double exponent; /* >= 0, finite */
+  double exponent;   /* >= 0, finite */
+  double cosine;     /* the narrowest: 0 to below 1; 0: the whole lobe */
+  double lobe_share; /* of OB_COUNTS_LIGHT: rays drawn from the lobe, 0 to 1; the others are drawn from the light, and
+                        all weighted by the balance heuristic (Veach & Guibas 1995) */
+  int32_t counts;
 } ob_map;
+
+/* Light from far away: radiance over the size x size cells of an octahedral map of all directions, in the frame's axes,
+ * constant in each. A direction w has s = |x| + |y| + |z| and the point (x, y) / s; below z = 0 the point p becomes
+ * (1 - |p.y|, 1 - |p.x|) with the signs of p. Columns go by x, rows by y, from -1 to 1. */
+typedef struct ob_light {
+  const float *radiance; /* size x size x 3 */
+  const float *density;  /* size x size: at w the rays drawn from the light have the density density / s^3 */
+  const float *rows;     /* size: the cumulative probability of the rows; the last is 1 */
+  const float *columns;  /* size x size: of the columns of each row */
+  int32_t size;          /* 1 to 4096 */
+} ob_light;
+
+/* A picture of opacity, 0 clear to 1 opaque; row 0 at the top. */
+typedef struct ob_alpha {
+  const float *values; /* height x width */
+  int32_t width, height;
+  int32_t linear; /* 0: the nearest value; else interpolated between the texels' middles */
+  int32_t wrap;
+} ob_alpha;
+
+/* Where the triangles of a mesh let light through. Opacity between 0 and 1 blocks that share of the rays. */
+typedef struct ob_cutout {
+  const float *uv;        /* triangle_count x 3 x 2, v up */
+  const int32_t *alpha;   /* triangle_count: which of the pictures is on it, -1: it is opaque */
+  const ob_alpha *alphas; /* copied, as all of it */
+  int32_t alpha_count;
+} ob_cutout;
 
 typedef struct ob_control {
   int32_t cancel; /* set to non-zero: the call ends with OB_CANCELLED within 0.1 s */
@@ -101,7 +149,10 @@ typedef struct ob_trace_settings {
   float distance;  /* above 0: rays reach this far; INFINITY: no limit */
   float viewer[3]; /* where R comes from, for OB_AXIS_REFLECTED; in the frame of the vertices */
   float forward[3];
-  int32_t incoherent; /* not 0: of rays side by side each likely meets a triangle of its own; speed alone */
+  int32_t incoherent;    /* not 0: of rays side by side each likely meets a triangle of its own; speed alone */
+  float nearest;         /* 0 or more: what is nearer than this does not block */
+  int32_t falloff;       /* others than OB_FALLOFF_NONE need a finite distance */
+  const ob_light *light; /* for maps of OB_COUNTS_LIGHT, else NULL */
 } ob_trace_settings;
 
 /* One map at the texels of a surface; images are height x width. */
@@ -143,16 +194,19 @@ OB_API const char *ob_error_message(void);
 OB_API int32_t ob_device_open(const char *embree_path, int32_t threads, ob_device **device, ob_device_info *info);
 OB_API void ob_device_close(ob_device *device);
 
-/* A mesh of its own, to be instanced. The arrays are copied. */
+/* A mesh of its own, to be instanced. The arrays are copied. cutout: NULL where all of it is opaque. front_only: not 0:
+ * rays go through its triangles from behind. Both are for rays that look for V, not for ob_first_hits or ob_inside. */
 OB_API int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_count, const int32_t *triangles,
-                             int64_t triangle_count, ob_control *control, ob_mesh **mesh);
+                             int64_t triangle_count, const ob_cutout *cutout, int32_t front_only, ob_control *control,
+                             ob_mesh **mesh);
 OB_API void ob_mesh_free(ob_mesh *mesh);
 
 /* A scene is begun, filled, committed once, traced any number of times. Arrays are copied; meshes are kept alive.
  * What is added is numbered from 0, in order, each instance by itself. */
 OB_API int32_t ob_scene_begin(ob_device *device, ob_scene **scene);
 OB_API int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count,
-                                      const int32_t *triangles, int64_t triangle_count);
+                                      const int32_t *triangles, int64_t triangle_count, const ob_cutout *cutout,
+                                      int32_t front_only);
 /* matrices: count x 3 x 4, row-major, mesh to scene. The mesh is of the scene's device. */
 OB_API int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matrices, int64_t count);
 OB_API int32_t ob_scene_commit(ob_scene *scene, ob_control *control);
@@ -179,9 +233,9 @@ OB_API void ob_field_free(ob_field *field);
 OB_API int32_t ob_field_filter(const ob_field *field, const ob_signal *signal, ob_control *control);
 
 /* sums[m][texel]: settings->rays times the estimate of map m; untouched where no triangle owns the texel, -1 where the
- * texel faces away from the viewer of an OB_AXIS_REFLECTED map. halves[m], where neither it nor `halves` is NULL: the
- * part of the sum that the first half of the rays (rays / 2) brought, and -1 where the sum is. Same inputs and packet
- * width, same bits. */
+ * texel faces away from the viewer of an OB_AXIS_REFLECTED map. A map that counts more takes as many images, one after
+ * the other; -1 stands in the first. halves[m], where neither it nor `halves` is NULL: the part of the sum that the
+ * first half of the rays (rays / 2) brought, and -1 where the sum is. Same inputs and packet width, same bits. */
 OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                         const ob_map *maps, int32_t map_count, float *const *sums, float *const *halves,
                         ob_control *control);
@@ -191,6 +245,15 @@ OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_tra
 OB_API int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                                const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count,
                                float *const *sums, ob_control *control);
+
+/* How open the cells of the hemisphere are, of listed texels: cells[(i * side + row) * side + column] is the mean of V
+ * over the rays in a cell of texel texels[i], rays being a power of two and side^2 (side 8 or 16) at least. The cells
+ * are squares of the unit square, which goes onto the hemisphere about the shading normal by equal areas (Shirley &
+ * Chiu's disk, raised). tangents: count x 4, the direction that u = 1 lies in, made upright on the normal; the fourth
+ * number is the sign of v's direction, normal x tangent. */
+OB_API int32_t ob_trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                              const int64_t *texels, int64_t count, const float *tangents, int32_t side, float *cells,
+                              ob_control *control);
 
 /* V along given rays: visible[i] = 1 where nothing is hit before `distance`. origins, directions: count x 3. */
 OB_API int32_t ob_visible(ob_scene *scene, const float *origins, const float *directions, int64_t count, float distance,

@@ -71,7 +71,13 @@ std::string load_embree(const char *path, Embree &embree) {
   get("rtcSetGeometryInstancedScene", embree.set_geometry_instanced_scene);
   get("rtcSetGeometryTransform", embree.set_geometry_transform);
   get("rtcGetGeometryTransform", embree.get_geometry_transform);
+  get("rtcSetGeometryUserData", embree.set_geometry_user_data);
+  get("rtcSetGeometryOccludedFilterFunction", embree.set_geometry_occluded_filter);
+  get("rtcSetGeometryIntersectFilterFunction", embree.set_geometry_intersect_filter);
   get("rtcIntersect1", embree.intersect1);
+  get("rtcIntersect4", embree.intersect4);
+  get("rtcIntersect8", embree.intersect8);
+  get("rtcIntersect16", embree.intersect16);
   get("rtcOccluded1", embree.occluded1);
   get("rtcOccluded4", embree.occluded4);
   get("rtcOccluded8", embree.occluded8);

@@ -37,6 +37,20 @@ constexpr uint32_t RTC_INVALID_GEOMETRY_ID = ~0U;
 constexpr uint32_t RTC_FEATURE_FLAG_TRIANGLE = 1u << 1;
 constexpr uint32_t RTC_FEATURE_FLAG_INSTANCE = 1u << 23;
 
+constexpr uint32_t RTC_FEATURE_FLAG_ALL = ~0U;
+
+// What a filter is called with: a hit of each of `count` rays, structures of arrays both; it clears `valid` where the
+// ray is to go on.
+struct RTCFilterFunctionNArguments {
+  int *valid;
+  void *user;
+  void *context;
+  void *rays;
+  void *hits;
+  unsigned count;
+};
+using RTCFilterFunctionN = void (*)(const RTCFilterFunctionNArguments *);
+
 struct RTCOccludedArguments {
   int flags;
   uint32_t feature_mask;
@@ -52,6 +66,10 @@ template <int W> struct alignas(W == 1 ? 16 : W * 4) Rays {
   float tfar[W]; // becomes -inf where the ray is occluded
   uint32_t mask[W], id[W], flags[W];
 };
+
+// What a ray bears as its id: whether filters may let it through.
+constexpr uint32_t kMeetsAll = 0U; // it looks for surfaces
+constexpr uint32_t kPasses = 1U;   // it looks for V
 
 struct alignas(16) RTCBounds {
   float lower[3], pad0, upper[3], pad1;
@@ -74,6 +92,15 @@ struct alignas(16) RayHit {
   float u, v;
   uint32_t triangle, geometry;
   uint32_t instance[16];
+};
+
+// RTCRayHit4 and on; the tail as above.
+template <int W> struct alignas(W == 1 ? 16 : W * 4) RayHits {
+  Rays<W> rays;
+  float normal_x[W], normal_y[W], normal_z[W];
+  float u[W], v[W];
+  uint32_t triangle[W], geometry[W];
+  uint32_t instance[16][W];
 };
 
 struct Embree {
@@ -99,7 +126,13 @@ struct Embree {
   void (*set_geometry_instanced_scene)(RTCGeometry, RTCScene);
   void (*set_geometry_transform)(RTCGeometry, unsigned step, int format, const void *);
   void (*get_geometry_transform)(RTCGeometry, float time, int format, void *);
+  void (*set_geometry_user_data)(RTCGeometry, void *);
+  void (*set_geometry_occluded_filter)(RTCGeometry, RTCFilterFunctionN);
+  void (*set_geometry_intersect_filter)(RTCGeometry, RTCFilterFunctionN);
   void (*intersect1)(RTCScene, RayHit *, RTCIntersectArguments *);
+  void (*intersect4)(const int *valid, RTCScene, RayHits<4> *, RTCIntersectArguments *);
+  void (*intersect8)(const int *valid, RTCScene, RayHits<8> *, RTCIntersectArguments *);
+  void (*intersect16)(const int *valid, RTCScene, RayHits<16> *, RTCIntersectArguments *);
   void (*occluded1)(RTCScene, Rays<1> *, RTCOccludedArguments *);
   void (*occluded4)(const int *valid, RTCScene, Rays<4> *, RTCOccludedArguments *);
   void (*occluded8)(const int *valid, RTCScene, Rays<8> *, RTCOccludedArguments *);

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "embree_api.h"
+#include "occlusion_kernel.h"
 
 namespace ob {
 
@@ -28,8 +29,10 @@ struct Lanes3 {
 // Sixteen texels, structure of arrays. Lanes that are not active hold numbers of no meaning.
 struct Group {
   LaneMask active;
-  LaneBits seed; // of the texel's footprint points
-  Lanes3 corner; // of the owner triangle
+  LaneBits seed;  // of the texel's footprint points
+  Lanes3 tangent; // that directions are told by, where they are told in a frame of the texel's own
+  Lanes handed;   // 1 or -1: the bitangent is so many times normal x tangent
+  Lanes3 corner;  // of the owner triangle
   Lanes3 edge1, edge2;
   Lanes3 geometric;    // unit geometric normal
   Lanes3 shading[3];   // normals at the corners
@@ -55,10 +58,25 @@ struct Viewer {
   float forward[3];
 };
 
+// The light that maps count, and what it takes to weight rays that were drawn from the lobe, or from it.
+struct Sky {
+  const ob_light *light;
+  float lobe_share;
+  float exponent;
+  float scale;  // the lobe is scale times cosine^exponent,
+  float cosine; // down to this cosine
+};
+
+constexpr int kMostCounts = 6; // images that a map's sums take
+
 struct Packet {
   const Embree *embree;
   RTCScene scene;
   float distance;
+  float nearest;
+  int32_t falloff; // of ob_falloff
+  int32_t counts;  // of ob_counts
+  Sky sky;         // of OB_COUNTS_LIGHT
   bool incoherent; // Embree then takes the rays of a packet one by one where they part
   int32_t rays;
   bool below;              // rays may fall below the horizon of the shading normal; they count nothing
@@ -66,12 +84,21 @@ struct Packet {
   const float *weights;    // of sixteen lanes a ray; NULL: all 1
   const uint8_t *foot;     // a ray's footprint point
   const uint16_t *halves;  // a bit a lane, set where the ray is of the lane's first half
+  const uint16_t *worlds;  // a bit a lane, set where the direction is the scene's, not the frame's; NULL: none is
+  float *seen;             // out, V of sixteen lanes a ray; NULL: not asked for
 };
 
 // What the rays of one packet add to their texels.
 struct PacketSums {
-  Lanes all, first_half;
+  Lanes all[kMostCounts], first_half[kMostCounts];
 };
+
+// How many images the sums of a map take.
+namespace {
+constexpr int images_of(int32_t counts) {
+  return counts == OB_COUNTS_BENT ? 4 : (counts == OB_COUNTS_LIGHT ? 6 : 1);
+}
+} // namespace
 
 // Points of a surface near one another, from a 4 x 4 block of texels. Lanes that are not active hold an active one's
 // position and normal.
@@ -109,6 +136,8 @@ struct PacketCode {
   void (*spread_feet)(Group &, int side, uint32_t index_x, uint32_t index_y);
   void (*place)(const Group &, int feet, Frames &);
   void (*aim)(const Viewer &, int feet, float cos_turn, float sin_turn, Frames &);
+  // Frames about the normals along the group's tangents.
+  void (*align)(const Group &, int feet, Frames &);
   // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
   void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, PacketSums &,
                    int64_t &embree_cycles);

@@ -90,6 +90,27 @@ void aim(const Viewer &viewer, int feet, float cos_turn, float sin_turn, Frames 
   }
 }
 
+Lanes3 crossed(const Lanes3 &a, const Lanes3 &b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+void align(const Group &group, int feet, Frames &frames) {
+  for (int foot = 0; foot < feet; ++foot) {
+    const Lanes3 n = frames.normal[foot];
+    const Lanes3 upright = group.tangent - n * dot(group.tangent, n);
+    const Lanes length = root(dot(upright, upright));
+    const LaneMask usable = length > 1e-6F; // else it lies along the normal, or is none
+    const Lanes scale = 1.0F / (usable ? length : all(1.0F));
+    Lanes3 t;
+    Lanes3 s;
+    frame_about(n, t, s);
+    t = {usable ? upright.x * scale : t.x, usable ? upright.y * scale : t.y, usable ? upright.z * scale : t.z};
+    frames.axis[foot] = n;
+    frames.tangent[foot] = t;
+    frames.bitangent[foot] = crossed(n, t) * group.handed;
+  }
+}
+
 inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<1> *rays,
                      RTCOccludedArguments *args) {
   if (valid[0] != 0) {
@@ -107,6 +128,25 @@ inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene,
 inline void occluded(const Embree &embree, const int32_t *valid, RTCScene scene, Rays<16> *rays,
                      RTCOccludedArguments *args) {
   embree.occluded16(valid, scene, rays, args);
+}
+
+inline void intersect(const Embree &embree, const int32_t *valid, RTCScene scene, RayHits<1> *hits,
+                      RTCIntersectArguments *args) {
+  if (valid[0] != 0) {
+    embree.intersect1(scene, reinterpret_cast<RayHit *>(hits), args);
+  }
+}
+inline void intersect(const Embree &embree, const int32_t *valid, RTCScene scene, RayHits<4> *hits,
+                      RTCIntersectArguments *args) {
+  embree.intersect4(valid, scene, hits, args);
+}
+inline void intersect(const Embree &embree, const int32_t *valid, RTCScene scene, RayHits<8> *hits,
+                      RTCIntersectArguments *args) {
+  embree.intersect8(valid, scene, hits, args);
+}
+inline void intersect(const Embree &embree, const int32_t *valid, RTCScene scene, RayHits<16> *hits,
+                      RTCIntersectArguments *args) {
+  embree.intersect16(valid, scene, hits, args);
 }
 
 // Bit l to lane l.
@@ -147,8 +187,13 @@ template <int W>
 Lanes3 make_rays(const Packet &packet, const Group &group, const Frames &frames, int32_t k, Rays<W> *rays) {
   const int foot = packet.foot[k];
   const float *d = packet.directions + static_cast<int64_t>(k) * 3 * kLanes;
-  const Lanes3 direction = frames.tangent[foot] * load(d) + frames.bitangent[foot] * load(d + kLanes) +
-                           frames.axis[foot] * load(d + 2 * kLanes);
+  Lanes3 direction = frames.tangent[foot] * load(d) + frames.bitangent[foot] * load(d + kLanes) +
+                     frames.axis[foot] * load(d + 2 * kLanes);
+  if (packet.worlds != nullptr) {
+    const LaneMask world = to_lanes(packet.worlds[k]);
+    direction = {world ? load(d) : direction.x, world ? load(d + kLanes) : direction.y,
+                 world ? load(d + 2 * kLanes) : direction.z};
+  }
   const Lanes lift = dot(direction, group.geometric) < kGrazing ? -group.lift : group.lift;
   const Lanes3 origin = frames.position[foot] + group.geometric * lift;
   put<W>(rays, &Rays<W>::dir_x, direction.x);
@@ -161,13 +206,111 @@ Lanes3 make_rays(const Packet &packet, const Group &group, const Frames &frames,
   return direction;
 }
 
-template <int W> void prepare(Rays<W> *rays) {
+template <int W> void prepare(float nearest, Rays<W> *rays) {
   for (int part = 0; part < kLanes / W; ++part) {
     for (int i = 0; i < W; ++i) {
-      rays[part].tnear[i] = rays[part].time[i] = 0.0F;
+      rays[part].tnear[i] = nearest;
+      rays[part].time[i] = 0.0F;
       rays[part].mask[i] = ~0U;
-      rays[part].id[i] = rays[part].flags[i] = 0U;
+      rays[part].id[i] = kPasses;
+      rays[part].flags[i] = 0U;
     }
+  }
+}
+
+// V where occluders block all light.
+template <int W> Lanes free_lanes(const Packet &packet, int flags, const int32_t *valid, Rays<W> *rays) {
+  RTCOccludedArguments arguments{flags, RTC_FEATURE_FLAG_ALL, nullptr, nullptr, nullptr};
+  for (int part = 0; part < kLanes / W; ++part) {
+    occluded(*packet.embree, valid + part * W, packet.scene, &rays[part], &arguments);
+  }
+  return get<W>(rays, &Rays<W>::tfar) >= 0.0F ? all(1.0F) : Lanes{};
+}
+
+// V where the nearest occluder blocks the less the farther it is.
+template <int W> Lanes fading_lanes(const Packet &packet, int flags, const int32_t *valid, const Rays<W> *rays) {
+  RTCIntersectArguments arguments{flags, RTC_FEATURE_FLAG_ALL, nullptr, nullptr, nullptr, 0.0F};
+  RayHits<W> hits[kLanes / W];
+  Lanes reached{};
+  for (int part = 0; part < kLanes / W; ++part) {
+    hits[part].rays = rays[part];
+    for (int i = 0; i < W; ++i) {
+      hits[part].geometry[i] = hits[part].instance[0][i] = RTC_INVALID_GEOMETRY_ID;
+    }
+    intersect(*packet.embree, valid + part * W, packet.scene, &hits[part], &arguments);
+    for (int i = 0; i < W; ++i) {
+      reached[part * W + i] = hits[part].rays.tfar[i]; // the whole distance where nothing was met
+    }
+  }
+  const Lanes share = at_most(reached * (1.0F / packet.distance), all(1.0F));
+  return packet.falloff == OB_FALLOFF_LINEAR ? share : share * share * (3.0F - 2.0F * share);
+}
+
+Lanes power(Lanes x, float exponent) {
+  if (exponent == 1.0F) {
+    return x;
+  }
+  for (int l = 0; l < kLanes; ++l) {
+    x[l] = __builtin_powf(x[l], exponent);
+  }
+  return x;
+}
+
+Lanes magnitude(Lanes x) { return x < 0.0F ? -x : x; }
+
+// The cell of the light's map that each direction lies in, and the sum of its parts' magnitudes.
+LaneMask cell_of(int32_t size, const Lanes3 &d, Lanes &sum) {
+  const Lanes ax = magnitude(d.x);
+  const Lanes ay = magnitude(d.y);
+  sum = ax + ay + magnitude(d.z);
+  const Lanes inverse = 1.0F / (sum > 0.0F ? sum : all(1.0F));
+  const LaneMask under = d.z < 0.0F;
+  const Lanes folded_x = d.x < 0.0F ? ay * inverse - 1.0F : 1.0F - ay * inverse;
+  const Lanes folded_y = d.y < 0.0F ? ax * inverse - 1.0F : 1.0F - ax * inverse;
+  const Lanes half = all(0.5F * static_cast<float>(size));
+  const Lanes most = all(static_cast<float>(size - 1));
+  const Lanes x = at_most(at_least(((under ? folded_x : d.x * inverse) + 1.0F) * half, Lanes{}), most);
+  const Lanes y = at_most(at_least(((under ? folded_y : d.y * inverse) + 1.0F) * half, Lanes{}), most);
+  return __builtin_convertvector(y, LaneMask) * size + __builtin_convertvector(x, LaneMask);
+}
+
+// The light along each direction times lobe over density, by the balance heuristic.
+Lanes3 light_along(const Sky &sky, const Lanes3 &direction, Lanes cosine) {
+  const ob_light &light = *sky.light;
+  Lanes sum;
+  const LaneMask cell = cell_of(light.size, direction, sum);
+  Lanes3 radiance{};
+  Lanes density{};
+  for (int l = 0; l < kLanes; ++l) {
+    const float *colour = light.radiance + static_cast<int64_t>(cell[l]) * 3;
+    radiance.x[l] = colour[0];
+    radiance.y[l] = colour[1];
+    radiance.z[l] = colour[2];
+    density[l] = light.density[cell[l]];
+  }
+  const LaneMask within = (cosine > 0.0F) & (cosine >= sky.cosine);
+  const Lanes lobe = within ? power(within ? cosine : all(1.0F), sky.exponent) * sky.scale : Lanes{};
+  const Lanes drawn = lobe * sky.lobe_share + density * (1.0F - sky.lobe_share) / (sum * sum * sum);
+  return radiance * (lobe / (drawn > 0.0F ? drawn : all(1.0F)));
+}
+
+// What a ray adds to each image, given V times its weight.
+void count(const Packet &packet, const Lanes3 &direction, Lanes visible, LaneMask wanted, Lanes cosine,
+           Lanes *counted) {
+  if (packet.counts == OB_COUNTS_LIGHT) {
+    const Lanes3 light = light_along(packet.sky, direction, cosine);
+    const Lanes parts[3] = {light.x, light.y, light.z};
+    for (int part = 0; part < 3; ++part) {
+      counted[part] = visible * parts[part];
+      counted[3 + part] = wanted ? parts[part] : Lanes{};
+    }
+    return;
+  }
+  counted[0] = visible;
+  if (packet.counts == OB_COUNTS_BENT) {
+    counted[1] = visible * direction.x;
+    counted[2] = visible * direction.y;
+    counted[3] = visible * direction.z;
   }
 }
 
@@ -175,10 +318,9 @@ template <int W>
 void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, PacketSums &sums,
            int64_t &embree_cycles) {
   Rays<W> rays[kLanes / W];
-  prepare<W>(rays);
+  prepare<W>(packet.nearest, rays);
   const int flags = packet.incoherent ? RTC_RAY_QUERY_FLAG_INCOHERENT : RTC_RAY_QUERY_FLAG_COHERENT;
-  RTCOccludedArguments arguments{flags, RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE, nullptr, nullptr,
-                                 nullptr};
+  const int images = images_of(packet.counts);
   PacketSums total{};
   alignas(64) int32_t valid[kLanes];
   for (int32_t k = 0; k < packet.rays; ++k) {
@@ -187,16 +329,22 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
     const LaneMask wanted = packet.below ? active & above : active;
     __builtin_memcpy(valid, &wanted, sizeof(valid));
     const int64_t before = cycles();
-    for (int part = 0; part < kLanes / W; ++part) {
-      occluded(*packet.embree, valid + part * W, packet.scene, &rays[part], &arguments);
-    }
+    const Lanes seen = packet.falloff == OB_FALLOFF_NONE ? free_lanes<W>(packet, flags, valid, rays)
+                                                         : fading_lanes<W>(packet, flags, valid, rays);
     embree_cycles += cycles() - before;
-    const LaneMask seen = wanted & (get<W>(rays, &Rays<W>::tfar) >= 0.0F);
     const Lanes weight =
         packet.weights == nullptr ? all(1.0F) : load(packet.weights + static_cast<int64_t>(k) * kLanes);
-    const Lanes counted = seen ? weight : Lanes{};
-    total.all += counted;
-    total.first_half += to_lanes(packet.halves[k]) ? counted : Lanes{};
+    const Lanes visible = wanted ? seen * weight : Lanes{};
+    if (packet.seen != nullptr) {
+      __builtin_memcpy(packet.seen + static_cast<int64_t>(k) * kLanes, &visible, sizeof(visible));
+    }
+    Lanes counted[kMostCounts];
+    count(packet, direction, visible, wanted, dot(direction, frames.axis[packet.foot[k]]), counted);
+    const LaneMask first = to_lanes(packet.halves[k]);
+    for (int image = 0; image < images; ++image) {
+      total.all[image] += counted[image];
+      total.first_half[image] += first ? counted[image] : Lanes{};
+    }
   }
   sums = total;
 }
@@ -209,7 +357,7 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
 namespace ob {
 namespace {
 
-constexpr PacketCode kCode = {spread_feet, place, aim, {trace<1>, trace<4>, trace<8>, trace<16>}, guide, smooth};
+constexpr PacketCode kCode = {spread_feet, place, aim, align, {trace<1>, trace<4>, trace<8>, trace<16>}, guide, smooth};
 
 } // namespace
 } // namespace ob

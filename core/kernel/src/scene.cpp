@@ -43,14 +43,14 @@ Geometry::Geometry(std::shared_ptr<Device> owner)
 
 Geometry::~Geometry() { device->embree.release_scene(handle); }
 
-Rays<1> one_ray(const float *from, const float *along, float reach) {
+Rays<1> one_ray(const float *from, const float *along, float reach, uint32_t id) {
   return {{from[0]},  {from[1]}, {from[2]}, {0.0F}, {along[0]}, {along[1]},
-          {along[2]}, {0.0F},    {reach},   {~0U},  {0U},       {0U}};
+          {along[2]}, {0.0F},    {reach},   {~0U},  {id},       {0U}};
 }
 
 bool intersect(const Geometry &scene, RayHit &hit) {
   RTCIntersectArguments arguments{};
-  arguments.feature_mask = RTC_FEATURE_FLAG_TRIANGLE | RTC_FEATURE_FLAG_INSTANCE;
+  arguments.feature_mask = RTC_FEATURE_FLAG_ALL;
   hit.geometry = hit.instance[0] = RTC_INVALID_GEOMETRY_ID;
   scene.device->embree.intersect1(scene.handle, &hit, &arguments);
   return hit.geometry != RTC_INVALID_GEOMETRY_ID;
@@ -110,8 +110,14 @@ void attach(const Geometry &scene, RTCGeometry geometry) {
   embree.release_geometry(geometry);
 }
 
-int32_t add_triangles(const Geometry &scene, const float *vertices, int64_t vertex_count, const int32_t *triangles,
-                      int64_t triangle_count) {
+// What a mesh is told to let through, beside its triangles.
+struct Through {
+  const ob_cutout *cutout;
+  bool front_only;
+};
+
+int32_t add_triangles(Geometry &scene, const float *vertices, int64_t vertex_count, const int32_t *triangles,
+                      int64_t triangle_count, const Through &through) {
   if (vertices == nullptr || triangles == nullptr || vertex_count <= 0 || triangle_count <= 0) {
     return fail(OB_INVALID, "a mesh without vertices or triangles");
   }
@@ -121,6 +127,15 @@ int32_t add_triangles(const Geometry &scene, const float *vertices, int64_t vert
   if (!indices_within(triangles, triangle_count, vertex_count)) {
     return fail(OB_INVALID, "a triangle names a vertex that does not exist");
   }
+  if (through.cutout != nullptr) {
+    if (const char *wrong = complaint(*through.cutout, triangle_count)) {
+      return fail(OB_INVALID, wrong);
+    }
+  }
+  std::unique_ptr<Pass> pass;
+  if (through.cutout != nullptr || through.front_only) {
+    pass = std::make_unique<Pass>(through.cutout, triangle_count, through.front_only);
+  }
   const Device &device = *scene.device;
   const RTCGeometry geometry = device.embree.new_geometry(device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
   device.embree.set_geometry_build_quality(geometry, build_quality());
@@ -128,6 +143,10 @@ int32_t add_triangles(const Geometry &scene, const float *vertices, int64_t vert
   copy_to_buffer(device, geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, vertices, corners);
   const auto faces = static_cast<size_t>(triangle_count);
   copy_to_buffer(device, geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles, faces);
+  if (pass != nullptr) {
+    set_filter(device.embree, geometry, pass.get());
+    scene.passes.push_back(std::move(pass));
+  }
   attach(scene, geometry);
   return embree_status(device);
 }
@@ -196,13 +215,15 @@ int32_t ob_device_open(const char *embree_path, int32_t threads, ob_device **dev
 void ob_device_close(ob_device *device) { delete device; }
 
 int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_count, const int32_t *triangles,
-                      int64_t triangle_count, ob_control *control, ob_mesh **mesh) {
+                      int64_t triangle_count, const ob_cutout *cutout, int32_t front_only, ob_control *control,
+                      ob_mesh **mesh) {
   return ob::guarded([&]() -> int32_t {
     if (device == nullptr || mesh == nullptr) {
       return ob::fail(OB_INVALID, "ob_mesh_build without a device or a place for its result");
     }
     std::unique_ptr<ob_mesh> built(new ob_mesh{ob::Geometry(device->shared)});
-    int32_t status = ob::add_triangles(built->geometry, vertices, vertex_count, triangles, triangle_count);
+    const ob::Through through{cutout, front_only != 0};
+    int32_t status = ob::add_triangles(built->geometry, vertices, vertex_count, triangles, triangle_count, through);
     if (status == OB_OK) {
       status = ob::commit(built->geometry, control);
     }
@@ -226,12 +247,13 @@ int32_t ob_scene_begin(ob_device *device, ob_scene **scene) {
 }
 
 int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count, const int32_t *triangles,
-                               int64_t triangle_count) {
+                               int64_t triangle_count, const ob_cutout *cutout, int32_t front_only) {
   return ob::guarded([&]() -> int32_t {
     if (scene == nullptr || scene->committed) {
       return ob::fail(OB_INVALID, "geometry for no scene, or for one that is built already");
     }
-    return ob::add_triangles(scene->geometry, vertices, vertex_count, triangles, triangle_count);
+    const ob::Through through{cutout, front_only != 0};
+    return ob::add_triangles(scene->geometry, vertices, vertex_count, triangles, triangle_count, through);
   });
 }
 
@@ -278,9 +300,9 @@ int32_t ob_visible(ob_scene *scene, const float *origins, const float *direction
       return ob::fail(OB_INVALID, "the number of rays must be 0 or more, and the distance above 0");
     }
     ob::RTCOccludedArguments arguments{};
-    arguments.feature_mask = ob::RTC_FEATURE_FLAG_TRIANGLE | ob::RTC_FEATURE_FLAG_INSTANCE;
+    arguments.feature_mask = ob::RTC_FEATURE_FLAG_ALL;
     for (int64_t i = 0; i < count; ++i) {
-      ob::Rays<1> ray = ob::one_ray(origins + 3 * i, directions + 3 * i, distance);
+      ob::Rays<1> ray = ob::one_ray(origins + 3 * i, directions + 3 * i, distance, ob::kPasses);
       scene->geometry.device->embree.occluded1(scene->geometry.handle, &ray, &arguments);
       visible[i] = ray.tfar[0] >= 0.0F ? 1 : 0;
     }

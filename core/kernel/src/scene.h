@@ -2,9 +2,11 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "embree_api.h"
 #include "occlusion_kernel.h"
+#include "pass.h"
 
 namespace ob {
 
@@ -22,6 +24,7 @@ struct Device {
 // A scene of Embree's. It keeps its device, and Embree keeps the scenes that it instances.
 struct Geometry {
   std::shared_ptr<Device> device;
+  std::vector<std::unique_ptr<Pass>> passes; // of its meshes that have one
   RTCScene handle;
 
   explicit Geometry(std::shared_ptr<Device> owner);
@@ -30,8 +33,8 @@ struct Geometry {
   ~Geometry();
 };
 
-// One ray, from three numbers along three, as many of their lengths far.
-Rays<1> one_ray(const float *from, const float *along, float reach);
+// One ray, from three numbers along three, as many of their lengths far. id: kMeetsAll or kPasses.
+Rays<1> one_ray(const float *from, const float *along, float reach, uint32_t id = kMeetsAll);
 
 // Finds what the hit's ray meets first. Returns whether there is anything.
 bool intersect(const Geometry &scene, RayHit &hit);

@@ -40,13 +40,13 @@ double versine_of(double r2, double exponent) {
   return r2 >= 1.0 ? 1.0 : -std::expm1(std::log1p(-r2) / (exponent + 1.0));
 }
 
-// About +z.
-Direction on_lobe(double u, double v, double exponent) {
+// About +z. share: what is left of the lobe within its narrowest cosine.
+Direction on_lobe(double u, double v, double exponent, double share) {
   double x = 0.0;
   double y = 0.0;
   concentric(u, v, x, y);
   const double r2 = std::min(x * x + y * y, 1.0);
-  const double versine = versine_of(r2, exponent);
+  const double versine = versine_of(r2 * share, exponent);
   const double sine = std::sqrt(versine * (2.0 - versine));
   const double stretch = r2 > 0.0 ? sine / std::sqrt(r2) : 0.0;
   return {x * stretch, y * stretch, 1.0 - versine};
@@ -66,19 +66,47 @@ Direction sample(const ob_map &map, double u, double v) {
   case OB_SAMPLE_SPHERE:
     return on_sphere(u, v);
   case OB_SAMPLE_HEMISPHERE:
-    return on_lobe(u, v, 0.0);
+    return on_lobe(u, v, 0.0, 1.0);
   default:
-    return on_lobe(u, v, map.exponent);
+    return on_lobe(u, v, map.exponent, share_of_lobe(map));
   }
+}
+
+// The part of [0, 1) that holds x, of parts that end at these; and where in it x lies, below 1.
+int32_t part_of(const float *ends, int32_t count, double x, double &within) {
+  const auto *end = std::upper_bound(ends, ends + count - 1, static_cast<float>(x));
+  const double low = end == ends ? 0.0 : static_cast<double>(end[-1]);
+  const double width = static_cast<double>(*end) - low;
+  within = width > 0.0 ? std::clamp((x - low) / width, 0.0, 1.0 - 0x1p-24) : 0.5;
+  return static_cast<int32_t>(end - ends);
+}
+
+// From the light's own density, in the scene's frame.
+Direction on_light(const ob_light &light, double u, double v) {
+  double x = 0.0;
+  double y = 0.0;
+  const int32_t row = part_of(light.rows, light.size, v, y);
+  const int64_t first = static_cast<int64_t>(row) * light.size;
+  const int32_t column = part_of(light.columns + first, light.size, u, x);
+  x = 2.0 * (column + x) / light.size - 1.0;
+  y = 2.0 * (row + y) / light.size - 1.0;
+  const double z = 1.0 - std::fabs(x) - std::fabs(y);
+  if (z < 0.0) {
+    const double kept = x;
+    x = std::copysign(1.0 - std::fabs(y), x);
+    y = std::copysign(1.0 - std::fabs(kept), y);
+  }
+  const double length = std::sqrt(x * x + y * y + z * z);
+  return {x / length, y / length, z / length};
 }
 
 // Integrand over density; both are about the same axis.
 double weight(const ob_map &map, double cosine) {
   const double solid_angle = map.sampler == OB_SAMPLE_SPHERE ? 4.0 * kPi : 2.0 * kPi;
-  if (!(cosine > 0.0)) {
+  if (!(cosine > 0.0) || cosine < map.cosine) {
     return 0.0;
   }
-  return (map.exponent + 1.0) / (2.0 * kPi) * std::pow(cosine, map.exponent) * solid_angle;
+  return (map.exponent + 1.0) / (2.0 * kPi) * std::pow(cosine, map.exponent) * solid_angle / share_of_lobe(map);
 }
 
 constexpr uint32_t spread(uint32_t x) { // 16 bits to the even ones
@@ -122,16 +150,36 @@ uint8_t foot_of(const Point4 &point, int32_t side) {
 
 struct Target {
   const ob_map *maps;
+  const ob_light *light;
   Schedule *schedule;
   std::vector<Table> *tables;
 };
+
+// Directions of a map that counts light are drawn from its lobe below the lobe's share of u, and else from the light.
+Direction aimed(const Target &target, const ob_map &map, double u, double v, bool &world) {
+  world = map.counts == OB_COUNTS_LIGHT && u >= map.lobe_share;
+  if (map.counts != OB_COUNTS_LIGHT) {
+    return sample(map, u, v);
+  }
+  return world ? on_light(*target.light, (u - map.lobe_share) / (1.0 - map.lobe_share), v)
+               : sample(map, u / map.lobe_share, v);
+}
+
+uint8_t cell_of(const Point4 &point, int32_t side) {
+  const auto along = [&](uint32_t x) { return (uint64_t{x} * static_cast<uint64_t>(side)) >> 32; };
+  return static_cast<uint8_t>(along(point.x[1]) * static_cast<uint64_t>(side) + along(point.x[0]));
+}
 
 void store(const Target &target, const Drawn &drawn, size_t ray, int lane) {
   const double u = to_unit(drawn.point.x[0]);
   const double v = to_unit(drawn.point.x[1]);
   for (size_t m = 0; m < target.tables->size(); ++m) {
     Table &table = (*target.tables)[m];
-    const Direction direction = sample(target.maps[m], u, v);
+    bool world = false;
+    const Direction direction = aimed(target, target.maps[m], u, v, world);
+    if (world) {
+      table.worlds[ray] = static_cast<uint16_t>(table.worlds[ray] | (1U << lane));
+    }
     float *place = table.directions.data() + ray * 3 * kLanes + lane;
     place[0] = static_cast<float>(direction.x);
     place[kLanes] = static_cast<float>(direction.y);
@@ -142,13 +190,17 @@ void store(const Target &target, const Drawn &drawn, size_t ray, int lane) {
   }
 }
 
-void fill_group(const Plan &plan, uint32_t seed, int group, size_t base, Chunk chunk, const Target &target) {
+void fill_group(const Plan &plan, uint32_t seed, int group, size_t base, Chunk chunk, int32_t cells,
+                const Target &target) {
   Schedule &schedule = *target.schedule;
   for (int lane = 0; lane < kLanes; ++lane) {
     const auto morton = static_cast<uint32_t>(group * kLanes + lane);
     const std::vector<Drawn> drawn = draw(plan, seed, morton, chunk);
     for (size_t k = 0; k < drawn.size(); ++k) {
       store(target, drawn[k], base + k, lane);
+      if (cells > 0) {
+        schedule.cells[(base + k) * kLanes + static_cast<size_t>(lane)] = cell_of(drawn[k].point, cells);
+      }
       schedule.halves[base + k] |= static_cast<uint16_t>((drawn[k].first_half ? 1U : 0U) << lane);
       if (lane == 0) {
         schedule.foot[base + k] = foot_of(drawn[k].point, plan.side);
@@ -186,25 +238,31 @@ std::vector<Chunk> chunks_of(const Plan &plan) {
   return chunks;
 }
 
-void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, int threads, Schedule &schedule,
-                 std::vector<Table> &tables, ob_control *control) {
+double share_of_lobe(const ob_map &map) {
+  return map.cosine > 0.0 ? -std::expm1((map.exponent + 1.0) * std::log(map.cosine)) : 1.0;
+}
+
+void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, const ob_light *light,
+                 int32_t cells, int threads, Schedule &schedule, std::vector<Table> &tables, ob_control *control) {
   const size_t rays = static_cast<size_t>(plan.sets) * kGroups * static_cast<size_t>(chunk.count);
   schedule.sets = plan.sets;
   schedule.rays = chunk.count;
   schedule.foot.assign(rays, 0);
   schedule.halves.assign(rays, 0);
+  schedule.cells.assign(cells > 0 ? rays * kLanes : 0, 0);
   tables.resize(static_cast<size_t>(map_count));
   for (int32_t m = 0; m < map_count; ++m) {
     Table &table = tables[static_cast<size_t>(m)];
     table.directions.assign(rays * 3 * kLanes, 0.0F);
     table.weights.assign(maps[m].sampler == OB_SAMPLE_LOBE ? 0 : rays * kLanes, 0.0F);
+    table.worlds.assign(maps[m].counts == OB_COUNTS_LIGHT ? rays : 0, 0);
   }
-  const Target target{maps, &schedule, &tables};
+  const Target target{maps, light, &schedule, &tables};
   run_parallel(threads, static_cast<int64_t>(plan.sets) * kGroups, [&](auto next) {
     for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
       const auto set = static_cast<uint32_t>(piece / kGroups);
       const size_t base = static_cast<size_t>(piece) * static_cast<size_t>(chunk.count);
-      fill_group(plan, mix(plan.seed, set), static_cast<int>(piece % kGroups), base, chunk, target);
+      fill_group(plan, mix(plan.seed, set), static_cast<int>(piece % kGroups), base, chunk, cells, target);
     }
   });
 }

@@ -23,6 +23,7 @@ constexpr int32_t kMostRays = 1 << 20;
 struct Table {
   std::vector<float> directions; // x, y, z about the axis, of 16 lanes each
   std::vector<float> weights;    // of 16 lanes; empty where every weight is 1
+  std::vector<uint16_t> worlds;  // a bit a lane: the direction is the scene's; empty where none is
 };
 
 // What all maps share.
@@ -31,6 +32,7 @@ struct Schedule {
   int32_t rays = 0;             // a texel, in this chunk
   std::vector<uint8_t> foot;    // which footprint point the rays of a group start from
   std::vector<uint16_t> halves; // a bit a lane: the ray is one of the first half of its texel's
+  std::vector<uint8_t> cells;   // of 16 lanes: row * side + column of the ray's cell of the unit square
 };
 
 // The plan of a bake's rays: how many in all, in which chunks.
@@ -53,7 +55,12 @@ std::vector<Chunk> chunks_of(const Plan &plan);
 Plan plan_rays(int32_t rays, uint64_t seed);
 
 // Fills the schedule and one table a map for the chunk's rays of every texel; in part where `control` is cancelled.
-void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, int threads, Schedule &schedule,
-                 std::vector<Table> &tables, ob_control *control);
+//
+// light: that of maps that count it. cells: how many of them along the square's side; 0: they are not asked for.
+void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, const ob_light *light,
+                 int32_t cells, int threads, Schedule &schedule, std::vector<Table> &tables, ob_control *control);
+
+// What is left of a lobe within its narrowest cosine: 1 - cosine^(e+1).
+double share_of_lobe(const ob_map &map);
 
 } // namespace ob

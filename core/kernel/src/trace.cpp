@@ -55,7 +55,22 @@ struct Job {
   Places places;
   std::vector<int32_t> tiles; // those with a texel to bake
   int64_t texels;
+  const float *tangents = nullptr; // of listed texels whose cells are asked for
+  float *cells = nullptr;
+  int32_t side = 0; // cells along a side of the square
 };
+
+// Where the images of a map begin.
+int32_t first_image(const ob_map *maps, int32_t map) {
+  return std::accumulate(maps, maps + map, 0,
+                         [](int32_t sum, const ob_map &each) { return sum + images_of(each.counts); });
+}
+
+Sky sky_of(const ob_map &map, const ob_light *light) {
+  const double scale = (map.exponent + 1.0) / (6.283185307179586 * share_of_lobe(map));
+  return {light, static_cast<float>(map.lobe_share), static_cast<float>(map.exponent), static_cast<float>(scale),
+          static_cast<float>(map.cosine)};
+}
 
 using TraceFunction = decltype(&*PacketCode{}.trace[0]);
 
@@ -95,6 +110,9 @@ private:
       return;
     }
     code_.place(group_, feet_.side * feet_.side, frames_);
+    if (job_.cells != nullptr) {
+      gather_tangents(tile, group);
+    }
     for (int32_t map = 0; map < job_.map_count; ++map) {
       trace_map(map, tile, group);
     }
@@ -108,25 +126,67 @@ private:
     Viewer viewer{reflected, settings.orthographic != 0, {}, {}};
     std::memcpy(viewer.position, settings.viewer, sizeof(viewer.position));
     std::memcpy(viewer.forward, settings.forward, sizeof(viewer.forward));
-    code_.aim(viewer, feet_.side * feet_.side, cos_turn_, sin_turn_, frames_);
+    if (job_.cells != nullptr) {
+      code_.align(group_, feet_.side * feet_.side, frames_);
+    } else {
+      code_.aim(viewer, feet_.side * feet_.side, cos_turn_, sin_turn_, frames_);
+    }
     const LaneMask active = reflected ? facing(viewer) : group_.active;
     const size_t first = (set_ * kGroups + static_cast<size_t>(group)) * static_cast<size_t>(schedule_.rays);
     const Table &table = tables_[static_cast<size_t>(index)];
     const float *weights = table.weights.empty() ? nullptr : table.weights.data() + first * kLanes;
-    const bool below = reflected || map.sampler == OB_SAMPLE_SPHERE;
+    const bool below = reflected || map.sampler == OB_SAMPLE_SPHERE || map.counts == OB_COUNTS_LIGHT;
+    const uint16_t *worlds = table.worlds.empty() ? nullptr : table.worlds.data() + first;
+    seen_.resize(job_.cells == nullptr ? 0 : static_cast<size_t>(schedule_.rays) * kLanes);
     const Packet packet{&job_.geometry.device->embree,
                         job_.geometry.handle,
                         settings.distance,
+                        settings.nearest,
+                        settings.falloff,
+                        map.counts,
+                        sky_of(map, settings.light),
                         settings.incoherent != 0,
                         schedule_.rays,
                         below,
                         table.directions.data() + first * 3 * kLanes,
                         weights,
                         schedule_.foot.data() + first,
-                        schedule_.halves.data() + first};
+                        schedule_.halves.data() + first,
+                        worlds,
+                        job_.cells == nullptr ? nullptr : seen_.data()};
     PacketSums sums{};
     trace_(packet, group_, frames_, active, sums, embree_cycles_);
-    store(index, tile, group, active, sums);
+    if (job_.cells == nullptr) {
+      store(index, tile, group, active, sums);
+    } else {
+      store_cells(tile, group, schedule_.cells.data() + first * kLanes);
+    }
+  }
+
+  void gather_tangents(int32_t tile, int group) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (group_.active[lane] != 0) {
+        const float *tangent = job_.tangents + 4 * job_.places.at(tile, group, lane).slot;
+        group_.tangent.x[lane] = tangent[0];
+        group_.tangent.y[lane] = tangent[1];
+        group_.tangent.z[lane] = tangent[2];
+        group_.handed[lane] = tangent[3] < 0.0F ? -1.0F : 1.0F;
+      }
+    }
+  }
+
+  void store_cells(int32_t tile, int group, const uint8_t *cells) {
+    const int64_t count = static_cast<int64_t>(job_.side) * job_.side;
+    const float share = static_cast<float>(count) / static_cast<float>(job_.settings.rays); // a power of two
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (group_.active[lane] == 0) {
+        continue;
+      }
+      float *own = job_.cells + job_.places.at(tile, group, lane).slot * count;
+      for (size_t at = static_cast<size_t>(lane); at < seen_.size(); at += kLanes) {
+        own[cells[at]] += seen_[at] * share;
+      }
+    }
   }
 
   // The lanes whose texel, at the mean of its footprint, does not turn its back to the viewer.
@@ -145,21 +205,24 @@ private:
   }
 
   void store(int32_t map, int32_t tile, int group, const LaneMask &traced, const PacketSums &sums) {
-    float *half = job_.halves == nullptr ? nullptr : job_.halves[map];
+    const int32_t first = first_image(job_.maps, map);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (group_.active[lane] == 0) {
         continue;
       }
       const int64_t slot = job_.places.at(tile, group, lane).slot;
-      add(job_.sums[map][slot], traced[lane] != 0, sums.all[lane]);
-      if (half != nullptr) {
-        add(half[slot], traced[lane] != 0, sums.first_half[lane]);
+      // A texel with its back to the viewer in one chunk has no value; of several images the first one says so.
+      const bool valued = traced[lane] != 0 && job_.sums[first][slot] >= 0.0F;
+      for (int image = 0; image < images_of(job_.maps[map].counts); ++image) {
+        add(job_.sums[first + image][slot], valued, sums.all[image][lane]);
+        if (job_.halves != nullptr && job_.halves[first + image] != nullptr) {
+          add(job_.halves[first + image][slot], valued, sums.first_half[image][lane]);
+        }
       }
     }
   }
 
-  // A texel with its back to the viewer in one chunk has no value.
-  static void add(float &sum, bool traced, float more) { sum = traced && sum >= 0.0F ? sum + more : -1.0F; }
+  static void add(float &sum, bool valued, float more) { sum = valued ? sum + more : -1.0F; }
 
   const Job &job_;
   const Schedule &schedule_;
@@ -171,6 +234,7 @@ private:
   float cos_turn_ = 1.0F;
   float sin_turn_ = 0.0F;
   int64_t embree_cycles_ = 0;
+  std::vector<float> seen_; // V of the rays of a group whose cells are asked for
   Group group_{};
   Frames frames_{};
 };
@@ -205,9 +269,14 @@ void find_tiles(Job &job) {
 }
 
 void clear_sums(const Job &job) {
+  if (job.cells != nullptr) {
+    std::fill_n(job.cells, job.places.count * job.side * job.side, 0.0F);
+    return;
+  }
+  const int32_t images = first_image(job.maps, job.map_count);
   if (job.places.list != nullptr) {
-    for (int32_t map = 0; map < job.map_count; ++map) {
-      std::fill_n(job.sums[map], job.places.count, 0.0F);
+    for (int32_t image = 0; image < images; ++image) {
+      std::fill_n(job.sums[image], job.places.count, 0.0F);
     }
     return;
   }
@@ -215,10 +284,10 @@ void clear_sums(const Job &job) {
     if (job.surface.owner[i] < 0) {
       continue;
     }
-    for (int32_t map = 0; map < job.map_count; ++map) {
-      job.sums[map][i] = 0.0F;
-      if (job.halves != nullptr && job.halves[map] != nullptr) {
-        job.halves[map][i] = 0.0F;
+    for (int32_t image = 0; image < images; ++image) {
+      job.sums[image][i] = 0.0F;
+      if (job.halves != nullptr && job.halves[image] != nullptr) {
+        job.halves[image][i] = 0.0F;
       }
     }
   }
@@ -246,7 +315,8 @@ int32_t trace(Job &job) {
   std::vector<Table> tables;
   for (size_t chunk = 0; chunk < job.chunks.size() && !cancelled(job.control); ++chunk) {
     const int64_t start = cycles();
-    fill_tables(job.plan, job.chunks[chunk], job.maps, job.map_count, threads, schedule, tables, job.control);
+    fill_tables(job.plan, job.chunks[chunk], job.maps, job.map_count, job.settings.light, job.side, threads, schedule,
+                tables, job.control);
     all_cycles += (cycles() - start) * threads;
     trace_chunk(job, chunk, schedule, tables);
   }
@@ -260,6 +330,21 @@ const char *complaint(const ob_trace_settings &settings) {
   if (!(settings.distance > 0.0F)) {
     return "the distance must be above 0";
   }
+  if (!(settings.nearest >= 0.0F && settings.nearest < settings.distance)) {
+    return "the nearest distance must be 0 or more, and below the distance";
+  }
+  if (settings.falloff < OB_FALLOFF_NONE || settings.falloff > OB_FALLOFF_SMOOTH) {
+    return "an unknown falloff";
+  }
+  if (settings.falloff != OB_FALLOFF_NONE && !std::isfinite(settings.distance)) {
+    return "a falloff needs a finite distance";
+  }
+  if (const ob_light *light = settings.light) {
+    if (light->radiance == nullptr || light->density == nullptr || light->rows == nullptr ||
+        light->columns == nullptr || light->size < 1 || light->size > 4096) {
+      return "a light without radiance, density, their sums, or of a size other than 1 to 4096";
+    }
+  }
   const int32_t width = settings.packet_width;
   if (width != 0 && width != 1 && width != 4 && width != 8 && width != 16) {
     return "the packet width must be 1, 4, 8, 16, or 0 for the native one";
@@ -267,17 +352,29 @@ const char *complaint(const ob_trace_settings &settings) {
   return nullptr;
 }
 
+bool within_unit(double x) { return x >= 0.0 && x <= 1.0; }
+
 const char *complaint(const ob_map *maps, int32_t map_count, float *const *sums) {
   if (maps == nullptr || map_count < 1 || sums == nullptr) {
     return "no maps, or no place for their sums";
   }
   for (int32_t i = 0; i < map_count; ++i) {
     const ob_map &map = maps[i];
-    if (sums[i] == nullptr || map.sampler < OB_SAMPLE_LOBE || map.sampler > OB_SAMPLE_SPHERE ||
-        map.axis < OB_AXIS_NORMAL || map.axis > OB_AXIS_REFLECTED || !(map.exponent >= 0.0) ||
-        !std::isfinite(map.exponent)) {
-      return "a map with an unknown sampler or axis, an exponent that is negative or not finite, or no place for its "
-             "sums";
+    if (map.counts < OB_COUNTS_VISIBILITY || map.counts > OB_COUNTS_LIGHT || !within_unit(map.lobe_share) ||
+        !within_unit(map.cosine) || !(share_of_lobe(map) > 0.0)) {
+      return "a map that counts nothing known, or a narrowest cosine or share of the lobe that is not within 0 and 1";
+    }
+    if (map.counts == OB_COUNTS_LIGHT && map.sampler != OB_SAMPLE_LOBE) {
+      return "a map that counts light draws rays from its lobe and the light";
+    }
+    const int32_t first = first_image(maps, i);
+    if (std::any_of(sums + first, sums + first + images_of(map.counts),
+                    [](const float *image) { return image == nullptr; })) {
+      return "a map without a place for its sums";
+    }
+    if (map.sampler < OB_SAMPLE_LOBE || map.sampler > OB_SAMPLE_SPHERE || map.axis < OB_AXIS_NORMAL ||
+        map.axis > OB_AXIS_REFLECTED || !(map.exponent >= 0.0) || !std::isfinite(map.exponent)) {
+      return "a map with an unknown sampler or axis, an exponent that is negative or not finite";
     }
     if (map.sampler == OB_SAMPLE_HEMISPHERE && map.axis != OB_AXIS_NORMAL) {
       return "the uniform hemisphere is about the normal; a reflected lobe takes its own sampler or the sphere";
@@ -286,8 +383,12 @@ const char *complaint(const ob_map *maps, int32_t map_count, float *const *sums)
   return nullptr;
 }
 
-// Maps about the reflected direction need to know where the viewer is.
+// Maps about the reflected direction need to know where the viewer is, those that count light what that is.
 const char *complaint(const ob_map *maps, int32_t map_count, const ob_trace_settings &settings) {
+  const bool lit = std::any_of(maps, maps + map_count, [](const ob_map &map) { return map.counts == OB_COUNTS_LIGHT; });
+  if (lit && settings.light == nullptr) {
+    return "maps count light, and there is none";
+  }
   const bool reflected =
       std::any_of(maps, maps + map_count, [](const ob_map &map) { return map.axis == OB_AXIS_REFLECTED; });
   const float *viewer = settings.orthographic != 0 ? settings.forward : settings.viewer;
@@ -300,6 +401,13 @@ const char *complaint(const ob_surface &surface, const int64_t *texels, int64_t 
   const bool owned = std::all_of(texels, texels + count,
                                  [&](int64_t texel) { return texel >= 0 && texel < end && surface.owner[texel] >= 0; });
   return owned ? nullptr : "a listed texel lies outside the image, or no triangle owns it";
+}
+
+ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) {
+  if (settings.packet_width == 0) {
+    settings.packet_width = scene.geometry.device->native_width;
+  }
+  return settings;
 }
 
 int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
@@ -318,10 +426,7 @@ int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_
       return fail(OB_INVALID, wrong);
     }
   }
-  ob_trace_settings chosen = *settings;
-  if (chosen.packet_width == 0) {
-    chosen.packet_width = scene->geometry.device->native_width;
-  }
+  const ob_trace_settings chosen = with_width(*settings, *scene);
   Plan plan = plan_rays(chosen.rays, chosen.seed);
   if (texels != nullptr) {
     plan.sets = std::min(plan.sets, kListSets);
@@ -329,6 +434,38 @@ int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_
   const Places places{*surface, texels, count, (surface->width + kTile - 1) / kTile};
   Job job{scene->geometry, *surface, chosen,          maps,   map_count, sums, halves,
           control,         plan,     chunks_of(plan), places, {},        0};
+  return trace(job);
+}
+
+// Rays over the hemisphere about the normal, in frames of the texels' own.
+constexpr ob_map kHemisphere{OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 0.0, 0.0, 1.0, OB_COUNTS_VISIBILITY};
+
+int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                    const int64_t *texels, int64_t count, const float *tangents, int32_t side, float *cells,
+                    ob_control *control) {
+  if (scene == nullptr || !scene->committed || settings == nullptr) {
+    return fail(OB_INVALID, "tracing without a built scene or settings");
+  }
+  if (texels == nullptr || count < 0 || tangents == nullptr || cells == nullptr || (side != 8 && side != 16)) {
+    return fail(OB_INVALID, "cells without texels, tangents or a place, or of a side other than 8 or 16");
+  }
+  for (const char *wrong : {surface_complaint(surface), complaint(*settings)}) {
+    if (wrong != nullptr) {
+      return fail(OB_INVALID, wrong);
+    }
+  }
+  if (settings->rays < side * side || (settings->rays & (settings->rays - 1)) != 0) {
+    return fail(OB_INVALID, "cells need a power of two of rays, one a cell at least");
+  }
+  if (const char *wrong = complaint(*surface, texels, count)) {
+    return fail(OB_INVALID, wrong);
+  }
+  const ob_trace_settings chosen = with_width(*settings, *scene);
+  Plan plan = plan_rays(chosen.rays, chosen.seed);
+  plan.sets = std::min(plan.sets, kListSets);
+  const Places places{*surface, texels, count, 1};
+  Job job{scene->geometry, *surface, chosen, &kHemisphere, 1,     nullptr, nullptr, control, plan, chunks_of(plan),
+          places,          {},       0,      tangents,     cells, side};
   return trace(job);
 }
 
@@ -364,6 +501,13 @@ int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_tra
     }
     return ob::trace_places(scene, surface, settings, maps, map_count, texels, count, sums, nullptr, control);
   });
+}
+
+int32_t ob_trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                       const int64_t *texels, int64_t count, const float *tangents, int32_t side, float *cells,
+                       ob_control *control) {
+  return ob::guarded(
+      [&] { return ob::trace_cells(scene, surface, settings, texels, count, tangents, side, cells, control); });
 }
 
 int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals) {

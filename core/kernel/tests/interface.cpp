@@ -145,6 +145,7 @@ static ob_trace_settings any_settings(Draw &draw) {
   settings.orthographic = draw.one_of({0, 1, -7});
   settings.incoherent = draw.one_of({0, 1, -7});
   settings.seed = draw.one_of<uint64_t>({0, 1, UINT64_MAX});
+  settings.nearest = draw.good_or_bad({0.0F, 1e-41F}, {-1.0F, kNan, kInfinity});
   settings.distance = draw.good_or_bad({1e-40F, 0.5F, 3e38F, kInfinity}, {0.0F, -0.0F, -1.0F, kNan, -kInfinity});
   return settings;
 }
@@ -154,7 +155,11 @@ static ob_map any_map(Draw &draw) {
   const auto sampler = draw.good_or_bad<int32_t>(
       {OB_SAMPLE_LOBE, OB_SAMPLE_LOBE, OB_SAMPLE_SPHERE, OB_SAMPLE_SPHERE, OB_SAMPLE_HEMISPHERE}, {-1, 3, INT32_MIN});
   draw.breaks_if(sampler == OB_SAMPLE_HEMISPHERE && axis == OB_AXIS_REFLECTED);
-  return {sampler, axis, draw.good_or_bad({0.0, 1.0, 1e6, 1e300}, {-1e-9, -1.0, double{kNan}, double{kInfinity}})};
+  const double exponent = draw.good_or_bad({0.0, 1.0, 1e6, 1e300}, {-1e-9, -1.0, double{kNan}, double{kInfinity}});
+  const double cosine = draw.good_or_bad({0.0, 0.5, 1e-300}, {-0.1, 1.0, 1.5, double{kNan}});
+  const double share = draw.good_or_bad({0.0, 0.5, 1.0}, {-0.1, 1.1, double{kNan}});
+  const auto counts = draw.good_or_bad<int32_t>({OB_COUNTS_VISIBILITY}, {-1, 3, INT32_MIN});
+  return {sampler, axis, exponent, cosine, share, counts};
 }
 
 static void break_the_viewer(Random &random, Draw &draw, const ob_map *maps, ob_trace_settings &settings) {
@@ -199,14 +204,15 @@ static bool build_anything(Random &random, const Device &device, const Scene &bu
     ob_mesh *mesh = nullptr;
     ob_device *on = draw.present(device.get());
     check_status(draw, ob_mesh_build(on, draw.present(vertices), corners, draw.present(triangles), faces,
-                                     draw.optional(&control), draw.present(&mesh)));
+                                     nullptr, 0, draw.optional(&control), draw.present(&mesh)));
     CHECK((mesh == nullptr) == draw.broken());
     ob_mesh_free(mesh);
     return draw.broken();
   }
   const Scene begun = begin_scene(device);
   ob_scene *scene = draw.good_or_bad({begun.get()}, {static_cast<ob_scene *>(nullptr), built.get()});
-  check_status(draw, ob_scene_add_triangles(scene, draw.present(vertices), corners, draw.present(triangles), faces));
+  check_status(draw, ob_scene_add_triangles(scene, draw.present(vertices), corners, draw.present(triangles), faces,
+                                            nullptr, 0));
   must(ob_scene_commit(begun.get(), draw.optional(&control))); // what was refused left no trace
   return draw.broken();
 }

@@ -296,13 +296,19 @@ static void check_traced(const PacketCode &code, int index, bool below, bool wei
   const ob::Packet packet{&embree,
                           nullptr,
                           12.0F,
+                          0.0F,
+                          OB_FALLOFF_NONE,
+                          OB_COUNTS_VISIBILITY,
+                          {},
                           weighted, // whether incoherent is Embree's business alone
                           100,
                           below,
                           rays.directions.data(),
                           weighted ? rays.weights.data() : nullptr,
                           rays.foot.data(),
-                          rays.halves.data()};
+                          rays.halves.data(),
+                          nullptr,
+                          nullptr};
   ob::PacketSums sums{};
   int64_t embree_cycles = 0;
   rays_asked = 0;
@@ -310,8 +316,8 @@ static void check_traced(const PacketCode &code, int index, bool below, bool wei
   int asked = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
     const auto [all, first_half] = expected_sums(group, frames, packet, lane, asked);
-    CHECK_EQUAL(sums.all[lane], all);
-    CHECK_EQUAL(sums.first_half[lane], first_half);
+    CHECK_EQUAL(sums.all[0][lane], all);
+    CHECK_EQUAL(sums.first_half[0][lane], first_half);
   }
   CHECK_EQUAL(rays_asked, asked);
 }

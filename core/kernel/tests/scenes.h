@@ -102,7 +102,7 @@ inline Scene begin_scene(const Device &device) {
 
 inline int32_t add(const Scene &scene, const Mesh &mesh) {
   return ob_scene_add_triangles(scene.get(), mesh.vertices.data(), mesh.vertex_count(), mesh.triangles.data(),
-                                mesh.triangle_count());
+                                mesh.triangle_count(), nullptr, 0);
 }
 
 inline Scene scene_of(const Device &device, const std::vector<Mesh> &meshes) {
@@ -117,7 +117,7 @@ inline Scene scene_of(const Device &device, const std::vector<Mesh> &meshes) {
 inline BuiltMesh build(const Device &device, const Mesh &mesh) {
   ob_mesh *built = nullptr;
   must(ob_mesh_build(device.get(), mesh.vertices.data(), mesh.vertex_count(), mesh.triangles.data(),
-                     mesh.triangle_count(), nullptr, &built));
+                     mesh.triangle_count(), nullptr, 0, nullptr, &built));
   return BuiltMesh(built);
 }
 
@@ -150,10 +150,14 @@ struct Target {
   }
 };
 
-constexpr ob_map kAmbient{OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0};
+constexpr ob_map map_of(int32_t sampler, int32_t axis, double exponent, int32_t counts = OB_COUNTS_VISIBILITY) {
+  return {sampler, axis, exponent, 0.0, 1.0, counts};
+}
+
+constexpr ob_map kAmbient = map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0);
 
 inline ob_trace_settings settings_of(int32_t rays, int32_t packet_width = 0) {
-  return {rays, 2, packet_width, 0, 1, INFINITY, {0, 0, 10}, {0, 0, -1}, 0};
+  return {rays, 2, packet_width, 0, 1, INFINITY, {0, 0, 10}, {0, 0, -1}, 0, 0.0F, OB_FALLOFF_NONE, nullptr};
 }
 
 struct Sums {
@@ -163,11 +167,15 @@ struct Sums {
 
 inline Sums trace(const Scene &scene, const Target &target, const ob_trace_settings &settings,
                   const std::vector<ob_map> &maps, ob_control *control = nullptr) {
-  Sums sums{OB_OK, {maps.size(), std::vector<float>(target.owner.size(), 77.0F)}, {}};
+  size_t images = 0;
+  for (const ob_map &map : maps) {
+    images += map.counts == OB_COUNTS_LIGHT ? 6U : (map.counts == OB_COUNTS_BENT ? 4U : 1U);
+  }
+  Sums sums{OB_OK, {images, std::vector<float>(target.owner.size(), 77.0F)}, {}};
   sums.halves = sums.all;
   std::vector<float *> all;
   std::vector<float *> halves;
-  for (size_t m = 0; m < maps.size(); ++m) {
+  for (size_t m = 0; m < images; ++m) {
     all.push_back(sums.all[m].data());
     halves.push_back(sums.halves[m].data());
   }

@@ -13,7 +13,11 @@ using ob::Schedule;
 using ob::Table;
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr ob_map kCosine{OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0};
+constexpr ob_map map_of(int32_t sampler, int32_t axis, double exponent) {
+  return {sampler, axis, exponent, 0.0, 1.0, OB_COUNTS_VISIBILITY};
+}
+
+constexpr ob_map kCosine = map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0);
 
 struct Filled {
   Plan plan;
@@ -26,7 +30,7 @@ static Filled fill(const ob_map &map, int32_t rays, size_t chunk, uint64_t seed 
   Filled filled{ob::plan_rays(rays, seed), {}, {}, {}};
   filled.plan.sets = 16; // the least of any plan; enough here
   filled.chunk = ob::chunks_of(filled.plan)[chunk];
-  ob::fill_tables(filled.plan, filled.chunk, &map, 1, threads, filled.schedule, filled.tables, nullptr);
+  ob::fill_tables(filled.plan, filled.chunk, &map, 1, nullptr, 0, threads, filled.schedule, filled.tables, nullptr);
   return filled;
 }
 
@@ -161,15 +165,15 @@ static void test_directions_are_unit() {
   for (const double exponent : {0.0, 1.0, 1000.0, 1e6, 1e30, 1e308}) {
     check_unit({OB_SAMPLE_LOBE, OB_AXIS_NORMAL, exponent});
   }
-  check_unit({OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 10.0});
-  check_unit({OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0});
+  check_unit(map_of(OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 10.0));
+  check_unit(map_of(OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0));
 }
 
 static void test_mean_cosine_of_lobes() {
   for (const double e : {0.0, 0.5, 1.0, 2.0, 10.0, 100.0, 1000.0}) {
     double sum = 0.0;
     double count = 0.0;
-    each_direction(fill({OB_SAMPLE_LOBE, OB_AXIS_NORMAL, e}, 128, 0), [&](size_t, size_t, const Direction &d) {
+    each_direction(fill(map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, e), 128, 0), [&](size_t, size_t, const Direction &d) {
       sum += d.z;
       ++count;
     });
@@ -210,10 +214,10 @@ static double chi_square(const ob_map &map) {
 
 static void test_densities() {
   for (const double e : {0.0, 1.0, 10.0, 1000.0}) {
-    CHECK(chi_square({OB_SAMPLE_LOBE, OB_AXIS_NORMAL, e}) < chi_square_bound(255));
+    CHECK(chi_square(map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, e)) < chi_square_bound(255));
   }
-  CHECK(chi_square({OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 10.0}) < chi_square_bound(255));
-  CHECK(chi_square({OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0}) < chi_square_bound(255));
+  CHECK(chi_square(map_of(OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 10.0)) < chi_square_bound(255));
+  CHECK(chi_square(map_of(OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0)) < chi_square_bound(255));
 }
 
 static void test_weights_have_mean_1() {
@@ -234,7 +238,7 @@ static void test_weights_have_mean_1() {
 }
 
 static void test_lobes_need_no_weights() {
-  CHECK(fill({OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0}, 16, 0).tables[0].weights.empty());
+  CHECK(fill(map_of(OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0), 16, 0).tables[0].weights.empty());
 }
 
 static void test_feet_are_in_the_grid_and_all_used() {
@@ -299,7 +303,7 @@ static void test_cancel_leaves_early() {
   Schedule schedule;
   std::vector<Table> tables;
   const Plan plan = ob::plan_rays(256, 0);
-  ob::fill_tables(plan, ob::chunks_of(plan)[0], &kCosine, 1, 2, schedule, tables, &control);
+  ob::fill_tables(plan, ob::chunks_of(plan)[0], &kCosine, 1, nullptr, 0, 2, schedule, tables, &control);
   CHECK(std::all_of(tables[0].directions.begin(), tables[0].directions.end(), [](float x) { return x == 0.0F; }));
 }
 

@@ -36,12 +36,12 @@ static void test_a_convex_body_is_open(const Device &device) {
 // One of each kind.
 static std::vector<ob_map> all_maps() {
   return {kAmbient,
-          {OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 0.0},
-          {OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 100.0},
-          {OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 1.0},
-          {OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0},
-          {OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0},
-          {OB_SAMPLE_SPHERE, OB_AXIS_REFLECTED, 10.0}};
+          map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 0.0),
+          map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 100.0),
+          map_of(OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 1.0),
+          map_of(OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0),
+          map_of(OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0),
+          map_of(OB_SAMPLE_SPHERE, OB_AXIS_REFLECTED, 10.0)};
 }
 
 static void test_a_closed_box_leaks_nothing(const Device &device) {
@@ -209,7 +209,7 @@ static void test_wall(const Device &device) {
 }
 
 static double mean_reflected(const Scene &scene, const Target &target, const ob_trace_settings &settings, double e) {
-  const Sums sums = trace(scene, target, settings, {{OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, e}});
+  const Sums sums = trace(scene, target, settings, {map_of(OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, e)});
   must(sums.status);
   return mean_of(target, sums.all[0], settings.rays);
 }
@@ -233,7 +233,7 @@ static void test_viewers(const Device &device) {
 static void test_texels_that_face_away(const Device &device) {
   const Target floor = floor_of(1.0F, 16);
   const Scene scene = scene_of(device, {floor.mesh});
-  const ob_map reflected{OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0};
+  const ob_map reflected = map_of(OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0);
   ob_trace_settings below = settings_of(600);
   below.viewer[2] = -10.0F;
   ob_trace_settings along = settings_of(600);
@@ -258,7 +258,7 @@ static void test_sums_and_halves_face_away_together(const Device &device) {
   ob_trace_settings settings = settings_of(2);
   settings.viewer[0] = 30.0F;
   settings.viewer[2] = 1.0F;
-  const Sums sums = trace(scene, floor, settings, {{OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0}});
+  const Sums sums = trace(scene, floor, settings, {map_of(OB_SAMPLE_LOBE, OB_AXIS_REFLECTED, 10.0)});
   size_t away = 0;
   for (size_t i = 0; i < sums.all[0].size(); ++i) {
     away += sums.all[0][i] == -1.0F ? 1 : 0;
@@ -394,7 +394,7 @@ static void test_cancel_of_a_build(const Device &device) {
   ob_control control{1, 0, 0, 0};
   ob_mesh *built = nullptr;
   CHECK_EQUAL(ob_mesh_build(device.get(), mesh.vertices.data(), mesh.vertex_count(), mesh.triangles.data(),
-                            mesh.triangle_count(), &control, &built),
+                            mesh.triangle_count(), nullptr, 0, &control, &built),
               OB_CANCELLED);
   CHECK(built == nullptr);
   const Scene scene = begin_scene(device);

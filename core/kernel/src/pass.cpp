@@ -1,0 +1,155 @@
+#include "pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "sobol.h"
+
+namespace ob {
+namespace {
+
+int64_t wrapped(int64_t i, int64_t size, int32_t wrap) {
+  const auto into = [](int64_t value, int64_t period) { return ((value % period) + period) % period; };
+  switch (wrap) {
+  case OB_WRAP_REPEAT:
+    return into(i, size);
+  case OB_WRAP_MIRROR: {
+    const int64_t place = into(i, 2 * size);
+    return place < size ? place : 2 * size - 1 - place;
+  }
+  case OB_WRAP_EXTEND:
+    return std::clamp<int64_t>(i, 0, size - 1);
+  default:
+    return i >= 0 && i < size ? i : -1; // clear
+  }
+}
+
+float texel(const Picture &picture, int64_t column, int64_t row) {
+  const int64_t x = wrapped(column, picture.width, picture.wrap);
+  const int64_t y = wrapped(row, picture.height, picture.wrap);
+  if (x < 0 || y < 0) {
+    return 0.0F;
+  }
+  return picture.values[static_cast<size_t>((picture.height - 1 - y) * picture.width + x)];
+}
+
+uint32_t bits_of(float value) {
+  uint32_t bits = 0;
+  std::memcpy(&bits, &value, sizeof(bits));
+  return bits;
+}
+
+template <int W> void filter_packet(const RTCFilterFunctionNArguments &arguments) {
+  const auto &pass = *static_cast<const Pass *>(arguments.user);
+  const auto &rays = *static_cast<const Rays<W> *>(arguments.rays);
+  // A hit begins as the tail of RayHits does.
+  const auto *hits = static_cast<const float *>(arguments.hits);
+  const auto number = [&](int field, int lane) { return hits[field * W + lane]; };
+  for (int lane = 0; lane < W; ++lane) {
+    if (arguments.valid[lane] == 0 || rays.id[lane] != kPasses) {
+      continue;
+    }
+    const float facing =
+        number(0, lane) * rays.dir_x[lane] + number(1, lane) * rays.dir_y[lane] + number(2, lane) * rays.dir_z[lane];
+    const uint32_t triangle = bits_of(number(5, lane));
+    // The same ray meets the same luck at the same triangle, however often Embree asks.
+    uint32_t seed = mix(bits_of(rays.dir_x[lane]), bits_of(rays.dir_y[lane]));
+    seed = mix(mix(seed, bits_of(rays.org_x[lane])), bits_of(number(6, lane)));
+    if (pass.lets_through(triangle, number(3, lane), number(4, lane), facing, mix(seed, triangle))) {
+      arguments.valid[lane] = 0;
+    }
+  }
+}
+
+void filter(const RTCFilterFunctionNArguments *arguments) {
+  switch (arguments->count) {
+  case 1:
+    return filter_packet<1>(*arguments);
+  case 4:
+    return filter_packet<4>(*arguments);
+  case 8:
+    return filter_packet<8>(*arguments);
+  case 16:
+    return filter_packet<16>(*arguments);
+  default:
+    return; // Embree has no other packets
+  }
+}
+
+bool usable(const ob_alpha &alpha) {
+  return alpha.values != nullptr && alpha.width > 0 && alpha.height > 0 && alpha.wrap >= OB_WRAP_REPEAT &&
+         alpha.wrap <= OB_WRAP_MIRROR;
+}
+
+} // namespace
+
+float Picture::at(double u, double v) const {
+  const double x = u * width;
+  const double y = v * height;
+  if (!(std::fabs(x) < 1e15 && std::fabs(y) < 1e15)) { // beyond it, or no number, there is no place
+    return 1.0F;
+  }
+  if (!linear) {
+    return texel(*this, static_cast<int64_t>(std::floor(x)), static_cast<int64_t>(std::floor(y)));
+  }
+  const double left = std::floor(x - 0.5);
+  const double low = std::floor(y - 0.5);
+  const auto column = static_cast<int64_t>(left);
+  const auto row = static_cast<int64_t>(low);
+  const auto across = static_cast<float>(x - 0.5 - left);
+  const auto up = static_cast<float>(y - 0.5 - low);
+  const float below = texel(*this, column, row) * (1.0F - across) + texel(*this, column + 1, row) * across;
+  const float above = texel(*this, column, row + 1) * (1.0F - across) + texel(*this, column + 1, row + 1) * across;
+  return below * (1.0F - up) + above * up;
+}
+
+Pass::Pass(const ob_cutout *cutout, int64_t triangle_count, bool front_only) : front_only_(front_only) {
+  if (cutout == nullptr) {
+    return;
+  }
+  uv_.assign(cutout->uv, cutout->uv + 6 * triangle_count);
+  alpha_.assign(cutout->alpha, cutout->alpha + triangle_count);
+  for (int32_t i = 0; i < cutout->alpha_count; ++i) {
+    const ob_alpha &alpha = cutout->alphas[i];
+    const int64_t size = static_cast<int64_t>(alpha.width) * alpha.height;
+    pictures_.push_back(
+        {{alpha.values, alpha.values + size}, alpha.width, alpha.height, alpha.linear != 0, alpha.wrap});
+  }
+}
+
+bool Pass::lets_through(uint32_t triangle, float u, float v, float facing, uint32_t seed) const {
+  if (front_only_ && facing > 0.0F) {
+    return true;
+  }
+  if (triangle >= alpha_.size() || alpha_[triangle] < 0) {
+    return false;
+  }
+  const float *corner = uv_.data() + static_cast<size_t>(6) * triangle;
+  const double w = 1.0 - static_cast<double>(u) - static_cast<double>(v);
+  const auto across = [&](int axis) {
+    return w * static_cast<double>(corner[axis]) + static_cast<double>(u * corner[2 + axis]) +
+           static_cast<double>(v * corner[4 + axis]);
+  };
+  return pictures_[static_cast<size_t>(alpha_[triangle])].at(across(0), across(1)) <= to_unit(seed);
+}
+
+const char *complaint(const ob_cutout &cutout, int64_t triangle_count) {
+  if (cutout.uv == nullptr || cutout.alpha == nullptr || cutout.alphas == nullptr || cutout.alpha_count < 1) {
+    return "a cutout without UVs, pictures, or a picture for each triangle";
+  }
+  if (!std::all_of(cutout.alphas, cutout.alphas + cutout.alpha_count, usable)) {
+    return "a cutout's picture without values, of no size, or wrapped in no known way";
+  }
+  const bool known = std::all_of(cutout.alpha, cutout.alpha + triangle_count,
+                                 [&](int32_t which) { return which >= -1 && which < cutout.alpha_count; });
+  return known ? nullptr : "a cutout names a picture that does not exist";
+}
+
+void set_filter(const Embree &embree, RTCGeometry geometry, Pass *pass) {
+  embree.set_geometry_user_data(geometry, pass);
+  embree.set_geometry_occluded_filter(geometry, filter);
+  embree.set_geometry_intersect_filter(geometry, filter);
+}
+
+} // namespace ob

@@ -1,0 +1,115 @@
+"""From solved rows to finished images: margins, bent normals, light."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .bent import Bent, encoded
+from .counts import Counts, bent_vectors
+from .environment import Environment, open_light
+from .estimators import AO, Axis, Estimator
+from .finish import fill_margins
+from .frames import Texture
+from .probes import Error
+from .scene import Camera, Doubles, Floats, Ints, Placed
+from .solve import Solved
+from .texels import surface_points
+
+BENT_NAME = "bent"
+_BAND = 1 << 16  # texels that are worked on at a time
+
+
+@dataclass(frozen=True, eq=False)
+class BakedMap:
+    """One finished image. values: (H, W) float32, or (H, W, C), with margins; covered: (H, W) bool; coverage: (H, W)
+    float32, 0 in margins; error: measured RMSE over the covered texels, and p99 the error that 99 of 100 stay within
+    (probes.py); mean: their mean; rays: all that made it, but for those that measured its error. Values are 0 to 1,
+    but for noise above 1 where the horizon was divided out and nothing filtered, and but for light.
+
+    Of bent normals the error is the length of the difference, in small angles these in radians. Of light it is that of
+    the share that gets through, as of its ratio."""
+
+    values: Floats
+    covered: NDArray[np.bool_]
+    coverage: Floats
+    error: float
+    p99: float
+    mean: float
+    rays: int
+
+
+@dataclass(frozen=True, eq=False)
+class Finisher:
+    """What all images of one object have in common. surface, owner: as they were traced; texture: as the images lie on
+    the target."""
+
+    surface: Placed
+    owner: Ints
+    texture: Texture | None
+    coverage: Floats
+    margin: int
+    camera: Camera | None
+    environment: Environment | None
+    bent: Bent | None
+    threads: int
+
+    def maps(self, estimator: Estimator, solved: Solved, *, wanted: bool) -> Iterator[tuple[str, BakedMap]]:
+        """The images of one estimator by name; wanted: whether its own value is among them."""
+        if estimator.counts is Counts.LIGHT:
+            assert solved.more is not None
+            shares = np.moveaxis(solved.more, 0, -1)
+            yield f"{estimator.name}_ratio", self._finished(shares, solved, solved.error)
+            yield estimator.name, self._finished(shares * self._open(estimator, solved.covered), solved, solved.error)
+            return
+        if wanted:
+            yield estimator.name, self._finished(solved.values, solved, solved.error)
+        if estimator.counts is Counts.BENT:
+            assert solved.more is not None and solved.more_error is not None
+            yield BENT_NAME, self._finished(self._bent(solved), solved, solved.more_error)
+
+    def _bent(self, solved: Solved) -> Floats:
+        assert self.bent is not None and self.texture is not None and solved.more is not None
+        colours = encoded(bent_vectors(solved.more), self.bent, self.texture, solved.covered)
+        return np.dstack([colours, solved.values]) if self.bent.with_ao else colours
+
+    def _open(self, estimator: Estimator, covered: NDArray[np.bool_]) -> Floats:
+        """(H, W, 3) float32: the light that an open surface would get."""
+        assert self.environment is not None
+        positions, normals = surface_points(self.surface, self.owner, threads=self.threads)
+        light = np.zeros((*covered.shape, 3), dtype=np.float32)
+        flat, texels = light.reshape(-1, 3), np.flatnonzero(covered)
+        for start in range(0, len(texels), _BAND):
+            these = texels[start : start + _BAND]
+            normal = normals.reshape(-1, 3)[these].astype(np.float64)
+            axes = normal
+            if estimator.axis is Axis.REFLECTED:
+                axes = self._reflected(positions.reshape(-1, 3)[these].astype(np.float64), normal)
+            flat[these] = open_light(self.environment, axes, normal, estimator.exponent)
+        return light
+
+    def _reflected(self, position: Doubles, normal: Doubles) -> Doubles:
+        assert self.camera is not None
+        forward = np.asarray(self.camera.forward, dtype=np.float64)
+        view = forward if self.camera.orthographic else position - np.asarray(self.camera.position)
+        view = view / np.linalg.norm(view, axis=-1, keepdims=True)
+        mirrored: Doubles = view - 2.0 * (view * normal).sum(axis=-1, keepdims=True) * normal
+        return mirrored
+
+    def _finished(self, values: Floats, solved: Solved, error: Error) -> BakedMap:
+        covered = solved.covered
+        coverage = np.where(covered, self.coverage, np.float32(0.0))
+        filled = fill_margins(values, covered, self.margin)
+        return BakedMap(filled, covered, coverage, error.rmse, error.p99, solved.mean, solved.rays)
+
+
+def traced_estimators(estimators: tuple[Estimator, ...], bent: Bent | None) -> tuple[Estimator, ...]:
+    """What is traced for the maps that are wanted: bent normals come from the rays of AO."""
+    if bent is None:
+        return estimators
+    with_bent = Estimator(AO.name, AO.exponent, counts=Counts.BENT)
+    others = tuple(each for each in estimators if each != AO)
+    return (with_bent, *others)

@@ -1,0 +1,116 @@
+"""Light from the environment where it is known, by rays from the lobe, from the light, and from both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from occlusion_bake.core.environment import Environment, from_function
+from occlusion_bake.core.errors import InputError
+from occlusion_bake.core.estimators import Estimator, light
+from occlusion_bake.core.scene import Scene
+
+FAR = 4096.0
+SHARES = (0.0, 0.5, 1.0)  # of the rays from the lobe
+
+
+def lit(scene: Scene, environment: Environment) -> Scene:
+    return replace(scene, environment=environment)
+
+
+def beside_a_wall(shapes: Any, environment: Environment) -> Scene:
+    wall = shapes.quad((-0.01, -FAR, -1), (0, 2 * FAR, 0), (0, 0, FAR), name="wall")
+    return lit(shapes.scene(shapes.patch(), wall), environment)
+
+
+def sampled(share: float, exponent: float | None = None) -> Estimator:
+    return replace(light(exponent), lobe_share=share)
+
+
+def sky(slope: float = 0.8, n: int = 256) -> Environment:
+    """Brighter towards +x, twice so in blue; nothing from below."""
+
+    def radiance(ways: np.ndarray) -> np.ndarray:
+        level = (1.0 + slope * ways[:, 0]) * (ways[:, 2] > 0)
+        return np.stack([level, level, 2.0 * level], axis=1)
+
+    return from_function(radiance, n)
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_a_sky_that_is_linear_in_the_direction(share: float, shapes: Any, bake_one: Any) -> None:
+    """Of 1 + c x the half away from the wall gives 1/2 + 2c/(3π), the whole 1."""
+    baked = bake_one(beside_a_wall(shapes, sky()), estimators=(sampled(share),), rays=1024, size=16)
+    exact = 0.5 + 2 * 0.8 / (3 * np.pi)
+    ratio, seen = baked.maps["light_ratio"], baked.maps["light"]
+    np.testing.assert_allclose(ratio.values[ratio.covered].mean(axis=0), exact, atol=3e-3)
+    np.testing.assert_allclose(seen.values[seen.covered].mean(axis=0), exact * np.array([1, 1, 2]), rtol=8e-3)
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_cap_of_light_behind_a_wall_or_before_it(share: float, side: float, shapes: Any, bake_one: Any) -> None:
+    tilt, half = np.radians(40.0), np.radians(15.0)
+    middle = np.array([side * np.sin(tilt), 0.0, np.cos(tilt)])
+    cap = from_function(lambda ways: np.repeat((ways @ middle > np.cos(half))[:, None] * 3.0, 3, axis=1), 256)
+    baked = bake_one(beside_a_wall(shapes, cap), estimators=(sampled(share),), rays=256, size=16)
+    seen = baked.maps["light"]
+    expected = 3.0 * np.cos(tilt) * np.sin(half) ** 2 if side > 0 else 0.0
+    assert seen.values[seen.covered].mean() == pytest.approx(expected, rel=2e-2, abs=1e-6)
+
+
+@pytest.mark.parametrize("share", SHARES)
+@pytest.mark.parametrize("exponent", [None, 20.0])
+def test_in_the_open_all_of_the_light_gets_through_exactly(
+    share: float, exponent: float | None, shapes: Any, bake_one: Any
+) -> None:
+    estimator = sampled(share, exponent)
+    baked = bake_one(lit(shapes.scene(shapes.plane(1.0)), sky()), estimators=(estimator,), rays=16, size=8)
+    ratio = baked.maps[f"{estimator.name}_ratio"]
+    assert np.all(ratio.values[ratio.covered] == 1.0) and ratio.error == 0.0
+
+
+def test_a_white_sky_gives_ao_and_ro(shapes: Any, bake_one: Any) -> None:
+    from occlusion_bake.core.estimators import AO, reflection
+
+    white = from_function(lambda ways: np.ones((len(ways), 3)), 64)
+    ball = shapes.sphere((0.0, 0.3, 0.9), 0.5, 64)
+    scene = lit(shapes.scene(shapes.patch(), ball), white)
+    both = (AO, reflection(10), sampled(0.5), sampled(0.5, 10.0))
+    maps = bake_one(scene, estimators=both, rays=4096, size=8).maps
+    assert maps["light_ratio"].mean == pytest.approx(maps["ao"].mean, abs=3e-3)
+    assert maps["light_10_ratio"].mean == pytest.approx(maps["ro_10"].mean, abs=3e-3)
+
+
+def spread(scene: Scene, bake_one: Any, share: float, exponent: float | None, exact: float) -> float:
+    estimator = sampled(share, exponent)
+    ratio = bake_one(scene, estimators=(estimator,), rays=64, size=32).maps[f"{estimator.name}_ratio"]
+    return float(np.sqrt(np.mean((ratio.values[ratio.covered] - exact) ** 2)))
+
+
+def test_each_way_to_draw_rays_has_its_case_and_both_together_fail_in_none(shapes: Any, bake_one: Any) -> None:
+    """A small bright light is found by its own rays, a narrow lobe under a smooth sky by the lobe's."""
+
+    def sun(ways: np.ndarray) -> np.ndarray:
+        level = 0.2 + 400.0 * (ways @ np.array([0.3, 0.2, 0.93]) / np.linalg.norm([0.3, 0.2, 0.93]) > 0.999)
+        return np.repeat(level[:, None], 3, axis=1)
+
+    cases = ((from_function(sun, 256), None), (sky(0.3), 200.0))
+    errors = {}
+    for index, (environment, exponent) in enumerate(cases):
+        shifted = shapes.quad((0.05, -FAR, -1), (0, 2 * FAR, 0), (0, 0, FAR), name="wall")
+        scene = lit(shapes.scene(shapes.patch(), shapes.sphere((0, 0, 3), 0.6, 64), shifted), environment)
+        truth = bake_one(scene, estimators=(sampled(0.5, exponent),), rays=16384, size=8, seed=3)
+        exact = truth.maps[f"{light(exponent).name}_ratio"].mean
+        errors[index] = [spread(scene, bake_one, share, exponent, exact) for share in SHARES]
+    assert errors[0][0] < 0.5 * errors[0][2]  # the light's rays find the sun
+    assert errors[1][2] < 0.5 * errors[1][0]  # the lobe's rays fit the lobe
+    for each in errors.values():
+        assert each[1] < 2.0 * min(each) + 1e-3
+
+
+def test_light_without_a_world_is_refused(shapes: Any, bake_one: Any) -> None:
+    with pytest.raises(InputError, match="no World to take light from"):
+        bake_one(shapes.scene(shapes.patch()), estimators=(light(),))
