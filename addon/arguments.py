@@ -8,12 +8,19 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ..core.bake import Settings
+from ..core.bent import Bent, Space, space_of
+from ..core.codes import Code
+from ..core.coding import FEWEST_RAYS, Coding
 from ..core.errors import InputError
-from ..core.estimators import AO, Estimator, reflection, sampled
+from ..core.estimators import AO, Estimator, Falloff, light, reflection, sampled
 from ..core.images import check_format
+from ..core.products import LIGHT, RATIO
+from .layers import are_grey, check_maps
 from .quality import DEFAULT, PRESETS
 
 COMPARED_SAMPLES = 64
+_LIGHTS = {"light": LIGHT, "light-share": RATIO}
+_MAPS = ("ao", "ro", "bent", *_LIGHTS)
 
 
 class _Parser(argparse.ArgumentParser):
@@ -30,7 +37,7 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
         made.add_argument("file", type=Path, metavar="FILE", help="a .blend, .obj, .glb, .gltf or .ply file")
     add = made.add_argument
     add("--objects", nargs="+", metavar="NAME", help="what to bake (all meshes that render)")
-    add("--maps", nargs="+", choices=("ao", "ro"), default=["ao"], help="ambient and reflection occlusion (ao)")
+    add("--maps", nargs="+", choices=_MAPS, default=["ao"], help="what to bake; light-…: of the scene's World (ao)")
     add("--size", type=_size, default=(1024, 1024), metavar="N|WxH", help="texels of the image (1024)")
     _add_effort(made)
     add("--distance", type=float, metavar="D", help="how far an occluder may be (no limit)")
@@ -38,6 +45,7 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     add("--occluders", nargs="+", default=["scene"], metavar="scene|self|NAME", help=who)
     add("--ground", action="store_true", help="and a level ground below what is baked")
     _add_sources(made)
+    _add_options(made)
     add("--ro-exponent", type=float, nargs="+", default=[10.0], metavar="E", help="Phong exponents of RO (10)")
     add("--ro-direction", choices=("normal", "camera"), default="normal", help="what R is taken from (normal)")
     horizon = "the formula as it stands, or divided by its value in the open (keep)"
@@ -72,6 +80,23 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
     add("--compare-cycles", **compare, help=f"bake AO with Cycles, too, and compare ({COMPARED_SAMPLES})")  # type: ignore[arg-type]
     add("--report", type=Path, metavar="FILE.json", help="write what was done, how fast and how well")
     return made
+
+
+def _add_options(made: argparse.ArgumentParser) -> None:
+    """What blocks how much, and how directions are written."""
+    add = made.add_argument
+    falloff = "how occluders block less towards the distance (none)"
+    add("--falloff", choices=[each.name.lower() for each in Falloff], default="none", help=falloff)
+    add("--min-distance", type=float, default=0.0, metavar="D", help="nearer occluders do not count (0)")
+    add("--spread", type=float, default=180.0, metavar="DEGREES", help="the cone that rays stay in (180)")
+    add("--front-faces", action="store_true", help="faces block no light that comes from behind them")
+    space = "what bent normals are told by (tangent)"
+    add("--bent-space", choices=[each.value for each in Space], default="tangent", help=space)
+    add("--bent-y", choices=("up", "down"), default="up", help="which way their green points (up)")
+    add("--bent-alpha", action="store_true", help="AO in their alpha")
+    code = "a directional code: sh_1 to sh_6, mask_8, mask_16, cells_8 or cells_16"
+    add("--code", metavar="NAME", help=code)
+    add("--code-rays", type=int, default=FEWEST_RAYS, metavar="N", help=f"rays a texel of the code ({FEWEST_RAYS})")
 
 
 def _add_sources(made: argparse.ArgumentParser) -> None:
@@ -124,6 +149,15 @@ def settings_of(options: Any) -> Settings:
         raise InputError("--compare-cycles compares AO; add ao to --maps")
     _check_sources(options)
     check_format(options.format, options.depth)
+    settings = _made_settings(options)
+    if options.color_attributes is not None and not are_grey(settings):
+        raise InputError("--color-attributes take AO and RO alone; leave out the other maps, or bake images")
+    if options.into is None and options.color_attributes is None:
+        check_maps(settings, options.format, options.depth)
+    return settings
+
+
+def _made_settings(options: Any) -> Settings:
     width, height = options.size
     return Settings(
         estimators=tuple(_estimators(options.maps, options.ro_exponent, options.ro_direction, options.sampler)),
@@ -137,7 +171,27 @@ def settings_of(options: Any) -> Settings:
         threads=options.threads,
         seed=options.seed,
         divide_horizon=options.ro_horizon == "divide",
+        nearest=options.min_distance,
+        falloff=Falloff[options.falloff.upper()],
+        spread=options.spread,
+        front_only=options.front_faces,
+        bent=_bent(options),
+        coding=None if options.code is None else Coding(_code(options.code), options.code_rays),
+        lights=frozenset(kind for name, kind in _LIGHTS.items() if name in options.maps) or Settings.lights,
     )
+
+
+def _bent(options: Any) -> Bent | None:
+    if "bent" not in options.maps:
+        return None
+    return Bent(space_of(options.bent_space), options.bent_y == "down", options.bent_alpha)
+
+
+def _code(text: str) -> Code:
+    kind, _, size = text.partition("_")
+    if kind not in ("sh", "mask", "cells") or not size.isdigit():
+        raise InputError(f"--code {text}: no such code; give one as sh_3 or mask_16")
+    return Code(kind, int(size))  # type: ignore[arg-type]
 
 
 def _wanted_error(options: Any) -> float | None:
@@ -150,10 +204,13 @@ def _wanted_error(options: Any) -> float | None:
 
 
 def _estimators(maps: Sequence[str], exponents: Sequence[float], direction: str, sampler: str) -> list[Estimator]:
-    wanted = [AO] if "ao" in maps else []
+    wanted, camera = [AO] if "ao" in maps else [], direction == "camera"
     if "ro" in maps:
-        wanted += [reflection(each, from_camera=direction == "camera") for each in dict.fromkeys(exponents)]
-    return [sampled(each, sampler) for each in wanted]
+        wanted += [reflection(each, from_camera=camera) for each in dict.fromkeys(exponents)]
+    lights = [light()] if _LIGHTS.keys() & set(maps) else []
+    if lights and "ro" in maps:
+        lights += [light(each, from_camera=camera) for each in dict.fromkeys(exponents)]
+    return [sampled(each, sampler) for each in wanted] + lights
 
 
 def _error(text: str) -> float:

@@ -65,7 +65,9 @@ def compare_in_child(
 
 def ao_alone(settings: Settings) -> Settings:
     """What is compared of a bake: its AO, without margins."""
-    return replace(settings, estimators=(AO,), margin=0, divide_horizon=False)
+    return replace(
+        settings, estimators=(AO,), margin=0, divide_horizon=False, bent=None, coding=None, lights=Settings.lights
+    )
 
 
 def to_compare(options: Options) -> Options:
@@ -86,6 +88,8 @@ def child_arguments(options: Options, samples: int, folder: Path, report: Path) 
     words += ["--margin", "0", "--threads", str(chosen.threads), "--seed", str(chosen.seed)]
     words += ["--output", str(folder), "--report", str(report), "--compare-cycles", str(samples)]
     words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []
+    words += ["--falloff", chosen.falloff.name.lower(), "--min-distance", repr(chosen.nearest)]
+    words += ["--spread", repr(chosen.spread)] + ["--front-faces"] * chosen.front_only
     words += ["--occluders", *_occluders(options)] + ["--ground"] * options.occluding.ground + ["--no-udim"]
     return words + ([f"--uv={options.uv}"] if options.uv is not None else [])
 

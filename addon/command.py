@@ -38,6 +38,7 @@ from .colours import store_colours
 from .comparison import compare_with_cycles
 from .files import Folder, check_file, check_image, clean_name, whole_path, write_coverage
 from .job import Options, Outcome, Result, bake_steps, meshes_in_render
+from .layers import is_one_grey
 from .load import load
 from .occluding import named
 from .pairs import Pairing, paired_by_name, paired_with
@@ -124,8 +125,8 @@ def _bake(options: Any) -> None:
 
 def _check_into(options: Any, chosen: Options) -> None:
     path, channel = options.into
-    if (len(chosen.objects) > 1 and not chosen.atlas) or len(chosen.settings.estimators) > 1:
-        raise InputError(f"--into {path}:{channel}: a channel takes one map of one object; choose one of each")
+    if (len(chosen.objects) > 1 and not chosen.atlas) or not is_one_grey(chosen.settings):
+        raise InputError(f"--into {path}:{channel}: a channel takes one grey map of one object; choose one of each")
     check_channel(path, channel, (chosen.settings.width, chosen.settings.height))
 
 

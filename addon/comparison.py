@@ -11,6 +11,7 @@ import numpy as np
 from ..core.bake import Baked, Settings
 from ..core.compare import compare, picture
 from ..core.errors import InputError
+from ..core.estimators import Falloff
 from ..core.ground import ground_below
 from ..core.images import write_image
 from ..core.report import Json, comparison_entry
@@ -56,7 +57,16 @@ def compare_with_cycles(
     captions = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
     write_image(path, picture(ours.values, cycles.values, mask, captions), depth=8)
     entry = comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
-    return {**entry, "reasons": reasons_to_differ(ours.values[mask], samples, other, counting)}
+    return {**entry, "reasons": reasons_to_differ(ours.values[mask], samples, other, counting, _of_our_own(settings))}
+
+
+def _of_our_own(settings: Settings) -> list[str]:
+    """Settings that Cycles' AO bake lacks, where they are not as it has them."""
+    falloff = settings.falloff.name.lower()
+    lines = [f"a {falloff} falloff"] if settings.falloff is not Falloff.NONE else []
+    lines += [f"a minimum distance of {settings.nearest:g}"] if settings.nearest > 0.0 else []
+    lines += [f"a spread of {settings.spread:g} degrees"] if settings.spread < 180.0 else []
+    return lines + (["front faces only"] if settings.front_only else [])
 
 
 def _how_far(settings: Settings) -> str:

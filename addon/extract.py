@@ -36,17 +36,19 @@ def extract(
     *,
     occluding: Occluding = EVERYTHING,
     highs: Mapping[str, HighNames] = MappingProxyType({}),
+    tangents: bool = False,
     warn: Warn | None = None,
 ) -> Scene:
     """Copy the targets, all that occludes as in Cycles, and the camera, with modifiers at render level.
 
     targets: names of mesh objects in the view layer. uv: the UV map to bake onto, by default the active one; a target
     mesh without any has uv None. occluding: who occludes of what renders. highs: what targets are baked from, by the
-    targets' names. warn: called with a line for each object that Cycles would trace and this cannot. Raises InputError,
-    a line naming the object, for a target, or a mesh to bake it from, that is missing, no mesh, hidden from render, or
-    without the UV map asked for.
+    targets' names. tangents: the targets' are read, where they have UVs. warn: called with a line for each object that
+    Cycles would trace and this cannot. Raises InputError, a line naming the object, for a target, or a mesh to bake it
+    from, that is missing, no mesh, hidden from render, or without the UV map asked for, or whose faces have no
+    tangents.
     """
-    wanted = _Wanted(view_layer, targets, uv, highs)
+    wanted = _Wanted(view_layer, targets, uv, highs, tangents)
     found: list[Scene] = []
     evaluated(context, view_layer, lambda depsgraph: found.append(_read_scene(depsgraph, wanted, occluding, warn)))
     return found[0]
@@ -56,9 +58,14 @@ class _Wanted:
     """The objects to read as surfaces: targets, what they are baked from, their cages. Raises InputError."""
 
     def __init__(
-        self, view_layer: bpy.types.ViewLayer, targets: Sequence[str], uv: str | None, highs: Mapping[str, HighNames]
+        self,
+        view_layer: bpy.types.ViewLayer,
+        targets: Sequence[str],
+        uv: str | None,
+        highs: Mapping[str, HighNames],
+        tangents: bool,
     ) -> None:
-        self.uv = uv
+        self.uv, self.tangents = uv, tangents
         self.targets = [_target_object(view_layer, name) for name in dict.fromkeys(targets)]
         self.given = {name: highs[name] for name in targets if name in highs}
         self.highs = {
@@ -285,7 +292,7 @@ def _read_scene(depsgraph: bpy.types.Depsgraph, wanted: _Wanted, occluding: Occl
     baked = {found.targets[obj.as_pointer()][1] for obj in wanted.targets}
     chosen = {key: name for name, key, _, _ in found.targets.values()}
     meshes = {
-        key: _read_surface(mesh, chosen[key], wanted.uv, unwrapped=key in baked) if key in chosen else _read_shape(mesh)
+        key: _read_surface(mesh, chosen[key], wanted, unwrapped=key in baked) if key in chosen else _read_shape(mesh)
         for key, mesh in found.meshes.items()
     }
 
@@ -393,13 +400,33 @@ def _read_shape(mesh: bpy.types.Mesh) -> Mesh:
     return Mesh(mesh.name, _positions(mesh), _vertices_of(mesh, corners_of(mesh)))
 
 
-def _read_surface(mesh: bpy.types.Mesh, owner: str, uv: str | None, *, unwrapped: bool) -> Mesh:
+def _read_surface(mesh: bpy.types.Mesh, owner: str, wanted: _Wanted, *, unwrapped: bool) -> Mesh:
     """unwrapped: with its UVs, where it has faces; one without is refused for that."""
     corners = corners_of(mesh)
     vertices, triangles = _positions(mesh), _vertices_of(mesh, corners)
-    layer = _uv_layer(mesh, owner, uv) if unwrapped and len(corners) else None
+    layer = _uv_layer(mesh, owner, wanted.uv) if unwrapped and len(corners) else None
     layout = None if layer is None else _values(layer.uv, "vector", len(mesh.loops), 2)[corners]
-    return Mesh(mesh.name, vertices, triangles, layout, _normals(mesh, vertices, triangles, corners), corners)
+    tangents = _tangents(mesh, owner, layer.name, corners) if layer is not None and wanted.tangents else None
+    normals = _normals(mesh, vertices, triangles, corners)
+    return Mesh(mesh.name, vertices, triangles, layout, normals, corners, tangents)
+
+
+def _tangents(mesh: bpy.types.Mesh, owner: str, layer: str, corners: Ints) -> Floats:
+    """(T, 3, 4): MikkTSpace tangents of a UV map, and the bitangents' signs. Raises InputError."""
+    try:
+        mesh.calc_tangents(uvmap=layer)
+    except RuntimeError:  # Blender takes triangles and quads alone
+        raise InputError(
+            f"{owner}: it has faces of more than four corners, which have no tangents; add a Triangulate modifier, or "
+            "bake bent normals in object or world space"
+        ) from None
+    values = np.empty((len(mesh.loops), 4), dtype=np.float32)
+    values[:, :3] = _values(mesh.loops, "tangent", len(mesh.loops), 3)
+    signs = np.empty(len(mesh.loops), dtype=np.float32)
+    mesh.loops.foreach_get("bitangent_sign", signs)
+    values[:, 3] = signs
+    mesh.free_tangents()
+    return np.ascontiguousarray(values[corners])
 
 
 def _uv_layer(mesh: bpy.types.Mesh, owner: str, name: str | None) -> Any:

@@ -13,6 +13,7 @@ from ..core.bake import Baked, Settings
 from ..core.errors import InputError
 from ..core.images import check_format, check_writable, suffix, write_image
 from ..core.report import image_metadata
+from .layers import code_of, write_code
 
 _IMAGES = (".png", ".exr", ".tif", ".tiff")
 _LONGEST_STEM = 180  # bytes; file systems take 255 for the whole name
@@ -46,17 +47,23 @@ class Folder:
 
     def write(self, baked: Baked, settings: Settings, stem: str) -> dict[str, Path]:
         """Write every map of an object; returns the paths by map. Raises InputError, the old file untouched."""
-        files = {}
+        files: dict[str, Path] = {}
         for name in baked.maps:
-            files[name] = self.path / f"{stem}_{name}{tile_suffix(baked.tile)}{suffix(self.format)}"
-            write_map(files[name], baked, name, settings, depth=self.depth, dither=self.dither)
+            path = self.path / f"{stem}_{name}{tile_suffix(baked.tile)}{suffix(self.format)}"
+            written = write_map(path, baked, name, settings, depth=self.depth, dither=self.dither)
+            several = len(written) > 1
+            files |= {f"{name}_{number}" if several else name: file for number, file in enumerate(written)}
         return files
 
 
-def write_map(path: Path, baked: Baked, name: str, settings: Settings, *, depth: int, dither: bool) -> None:
-    """Write one map of an object, with what it says of itself. Raises InputError, the old file untouched."""
-    each, metadata = baked.maps[name], image_metadata(baked, name, settings)
+def write_map(path: Path, baked: Baked, name: str, settings: Settings, *, depth: int, dither: bool) -> list[Path]:
+    """Write one map of an object, with what it says of itself; of a directional code there may be several files, which
+    are returned. Raises InputError, the old file untouched."""
+    each, metadata, code = baked.maps[name], image_metadata(baked, name, settings), code_of(name, settings)
+    if code is not None:
+        return write_code(path, each, code, depth=depth, metadata=metadata)
     write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
+    return [path]
 
 
 def tile_suffix(tile: int | None) -> str:

@@ -14,6 +14,7 @@ from ..core.images import dithered
 from ..core.products import BakedMap
 from ..core.scene import Floats
 from .files import write_map
+from .layers import pictures
 
 MARK = "occlusion_bake"  # on an image of ours: "object/map"
 
@@ -23,13 +24,17 @@ def store(baked: Baked) -> dict[str, bpy.types.Image]:
 
     Float, Non-Color, packed into the file so that it is saved with it. Returns the images by map.
     """
-    return {name: _store(baked.name, name, each) for name, each in baked.maps.items()}
+    return {
+        name: _store(baked.name, name, values)
+        for map_name, each in baked.maps.items()
+        for name, values in pictures(map_name, each)
+    }
 
 
-def _store(owner: str, name: str, baked: BakedMap) -> bpy.types.Image:
-    height, width = baked.values.shape
-    image = _image(owner, name, width, height)
-    image.pixels.foreach_set(_rgba(baked.values).ravel())
+def _store(owner: str, name: str, values: Floats) -> bpy.types.Image:
+    height, width = values.shape[:2]
+    image = _image(owner, name, width, height, alpha=values.shape[2:] == (4,))
+    image.pixels.foreach_set(_rgba(values).ravel())
     image.update()
     image.pack()
     return image
@@ -107,32 +112,36 @@ def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) 
     image.name = name
 
 
-def _image(owner: str, name: str, width: int, height: int) -> bpy.types.Image:
+def _image(owner: str, name: str, width: int, height: int, *, alpha: bool) -> bpy.types.Image:
     old = image = _earlier(owner, name)
     # Never write into a file's image, nor into tiles, of which Blender writes the first alone.
     if image is None or image.source == "TILED" or (image.packed_file is None and image.source == "FILE"):
         image = bpy.data.images.new(
-            f"{owner} {title(name)}", width, height, alpha=False, float_buffer=True, is_data=True
+            f"{owner} {title(name)}", width, height, alpha=alpha, float_buffer=True, is_data=True
         )
         _sign(image, owner, name)
         _take_place(image, old, image.name)
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
+    if image.alpha_mode != (mode := "CHANNEL_PACKED" if alpha else "NONE"):
+        image.alpha_mode = mode
     if image.colorspace_settings.name != "Non-Color":  # setting it makes Blender read the packed file again
         image.colorspace_settings.name = "Non-Color"
     return image
 
 
 def title(name: str) -> str:
-    """A map's name for people: "ao" → "AO", "ro_10" → "RO 10"."""
-    kind, _, exponent = name.partition("_")
-    return f"{kind.upper()} {exponent}".strip()
+    """A map's name for people: "ao" → "AO", "ro_10" → "RO 10", "bent" → "Bent"."""
+    kind, _, rest = name.partition("_")
+    kind = kind.upper() if len(kind) == 2 else kind.capitalize()
+    return f"{kind} {rest.replace('_', ' ')}".strip()
 
 
 def _rgba(values: Floats) -> Floats:
-    """Grey, opaque, bottom row first, as Blender keeps pixels."""
-    pixels = np.ones((*values.shape, 4), dtype=np.float32)
-    pixels[..., :3] = values[::-1, :, None]
+    """(H, W), (H, W, 3) or (H, W, 4) as Blender keeps pixels: four channels, the bottom row first."""
+    pixels = np.ones((*values.shape[:2], 4), dtype=np.float32)
+    channels = values[..., np.newaxis] if values.ndim == 2 else values
+    pixels[..., : max(channels.shape[2], 3)] = channels[::-1]
     return pixels
 
 

@@ -12,6 +12,7 @@ import bpy
 
 from ..core.atlas import Atlas
 from ..core.bake import Baked, Baker, Settings
+from ..core.bent import Space
 from ..core.clock import timed
 from ..core.corners import with_corner_cells
 from ..core.errors import InputError
@@ -24,6 +25,7 @@ from .extract import Warn, extract, synced
 from .occluding import EVERYTHING, Occluding
 from .pairs import HighNames
 from .runner import Steps
+from .world import read_world
 
 WAITING, BAKING, DONE, REFUSED = "waiting", "baking", "done", "refused"
 
@@ -123,6 +125,8 @@ def bake_steps(
     progress.enter("reading the scene")
     with timed(outcome.seconds, "extract"):
         scene = _read(context, names, options, outcome)
+        if any(each.is_light for each in options.settings.estimators):
+            scene = replace(scene, environment=read_world(context.scene))
     outcome.scene = scene
     # The margin of an atlas is filled once, when all objects are in it.
     settings = replace(options.settings, margin=0) if options.atlas else options.settings
@@ -218,7 +222,11 @@ def _read(context: bpy.types.Context, names: Sequence[str], options: Options, ou
 
     def read(these: Sequence[str], warn: Warn | None = None) -> Scene:
         return extract(
-            context, context.view_layer, these, uv, occluding=options.occluding, highs=options.highs, warn=warn
+            *(context, context.view_layer, these, uv),
+            occluding=options.occluding,
+            highs=options.highs,
+            tangents=_needs_tangents(options.settings),
+            warn=warn,
         )
 
     try:
@@ -237,6 +245,11 @@ def _read(context: bpy.types.Context, names: Sequence[str], options: Options, ou
     if not readable:
         raise InputError(outcome.complaint(len(names)))
     return read(readable, outcome.notes.append)
+
+
+def _needs_tangents(settings: Settings) -> bool:
+    bent = settings.bent
+    return settings.coding is not None or (bent is not None and bent.space is Space.TANGENT)
 
 
 def _corner_baker(

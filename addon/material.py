@@ -33,7 +33,7 @@ def hook_up(
     object without materials gets one.
     """
     ao = images.get("ao")
-    ro = next((image for name, image in images.items() if name != "ao"), None)
+    ro = next((image for name, image in images.items() if name.startswith("ro_")), None)
     if not (preview or gltf) or (ao is None and ro is None):
         return
     if not any(slot.material for slot in obj.material_slots):

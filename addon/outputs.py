@@ -16,6 +16,7 @@ from ..core.images import check_format, suffix
 from .files import check_file, clean_name, tile_suffix, whole_path, write_map
 from .images import store, store_channel, store_file, store_tiles
 from .job import Result
+from .layers import are_grey, check_maps, is_one_grey, map_names
 
 PACKED, SAVED, COLOURS, CHANNEL = "PACKED", "SAVED", "COLOURS", "CHANNEL"
 
@@ -35,8 +36,11 @@ class Output:
 
     def check(self, objects: Sequence[str], settings: Settings) -> None:
         """Refuse, before a bake, what could not be delivered after it. Raises InputError."""
+        if self.kind == COLOURS and not are_grey(settings):
+            raise InputError("Color Attribute: it takes AO and RO alone; switch the other maps off, or bake images")
         if self.kind == SAVED:
             check_format(self.format, self.depth)
+            check_maps(settings, self.format, self.depth)
             self._check_paths(objects, settings)
         if self.kind == CHANNEL:
             self._check_channel(objects, settings)
@@ -54,12 +58,13 @@ class Output:
         return store_tiles(result.bakes, settings) if baked.tile is not None else store(baked)
 
     def _save(self, result: Result, name: str, settings: Settings) -> bpy.types.Image:
-        paths = {baked.tile: self.file(result.name, name, settings, baked.tile) for baked in result.bakes}
+        first: list[Path] = []  # of several files of a code the first stands for all
         for baked in result.bakes:
-            paths[baked.tile].parent.mkdir(parents=True, exist_ok=True)
+            path = self.file(result.name, name, settings, baked.tile)
+            path.parent.mkdir(parents=True, exist_ok=True)
             dither = self.dither and self.depth == 8
-            write_map(paths[baked.tile], baked, name, settings, depth=self.depth, dither=dither)
-        return store_file(result.name, name, paths[result.baked.tile], result.baked.tile)
+            first.append(write_map(path, baked, name, settings, depth=self.depth, dither=dither)[0])
+        return store_file(result.name, name, first[0], result.baked.tile)
 
     def file(self, owner: str, name: str, settings: Settings, tile: int | None = None) -> Path:
         """The file of an object's map, or of a tile of it. Raises InputError for a template that cannot be filled."""
@@ -85,14 +90,14 @@ class Output:
 
     def _check_paths(self, objects: Sequence[str], settings: Settings) -> None:
         taken: dict[Path, str] = {}
-        for owner, estimator in product(objects, settings.estimators):
-            path = self.file(owner, estimator.name, settings)
+        for owner, name in product(objects, map_names(settings)):
+            path = self.file(owner, name, settings)
             if path in taken:
                 raise InputError(
-                    f"Path {self.path}: {taken[path]} and {owner} {estimator.name} would be one file; put {{object}} "
+                    f"Path {self.path}: {taken[path]} and {owner} {name} would be one file; put {{object}} "
                     "and {map} into it"
                 )
-            taken[path] = f"{owner} {estimator.name}"
+            taken[path] = f"{owner} {name}"
             check_file(path)
 
     def _check_channel(self, objects: Sequence[str], settings: Settings) -> None:
@@ -101,8 +106,8 @@ class Output:
             raise InputError("Image: none is chosen to bake into; choose one")
         if image.library is not None:
             raise InputError(f"{image.name}: it is linked from {image.library.filepath}; make it local first")
-        if len(objects) > 1 or len(settings.estimators) > 1:
-            raise InputError(f"{image.name}: its channel takes one map of one object; choose one of each")
+        if len(objects) > 1 or not is_one_grey(settings):
+            raise InputError(f"{image.name}: its channel takes one grey map of one object; choose one of each")
         size = tuple(image.size)
         if size != (settings.width, settings.height):
             raise InputError(

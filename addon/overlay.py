@@ -134,15 +134,22 @@ def _mark(obj: bpy.types.Object) -> str:
 
 
 def show(obj: bpy.types.Object, target: Instance, bakes: Sequence[Baked]) -> None:
-    """Show the first map of a finished bake on an object, every tile of it, in the place of an earlier one."""
+    """Show the first grey map of a finished bake on an object, every tile of it, in the place of an earlier one."""
     if bpy.app.background or len(target.mesh.triangles) > MOST_TRIANGLES:
         return
     pieces = [
-        (target if baked.tile is None else part_in_tile(target, baked.tile), next(iter(baked.maps.values())).values)
+        (target if baked.tile is None else part_in_tile(target, baked.tile), values)
         for baked in bakes
+        for values in _greys(baked)[:1]
     ]
+    if not pieces:
+        return
     _overlay.finished[obj.session_uid] = [_Shown(part, values, _mark(obj)) for part, values in pieces]
     _overlay.start()
+
+
+def _greys(baked: Baked) -> list[Floats]:
+    return [each.values for each in baked.maps.values() if each.values.ndim == 2]
 
 
 def show_making(uid: int, target: Instance, values: Floats) -> None:

@@ -66,6 +66,7 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
         maps = layout.column(heading="Maps")
         maps.prop(chosen, "use_ao")
         maps.prop(chosen, "use_ro")
+        maps.prop(chosen, "use_bent")
         size = layout.column(align=True)
         size.prop(chosen, "width", text="Size X")
         size.prop(chosen, "height", text="Y")
@@ -146,6 +147,51 @@ class OCCLUSION_BAKE_PT_reflection(_Settings, bpy.types.Panel):
         horizon.prop(chosen, "divide_horizon")
 
 
+class OCCLUSION_BAKE_PT_bent(_Settings, bpy.types.Panel):
+    """How bent normals are written."""
+
+    bl_label = "Bent Normals"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = _begin(self, context)
+        layout.active = chosen.use_bent
+        layout.prop(chosen, "bent_space")
+        layout.prop(chosen, "bent_y", expand=True)
+        layout.prop(chosen, "bent_alpha")
+
+
+class OCCLUSION_BAKE_PT_code(_Settings, bpy.types.Panel):
+    """What reflections are rebuilt from in any view."""
+
+    bl_label = "Directional Code"
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.occlusion_bake, "use_code", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = _begin(self, context)
+        layout.active = chosen.use_code
+        layout.prop(chosen, "code")
+        if chosen.code == "SH":
+            layout.prop(chosen, "code_degree")
+        layout.prop(chosen, "code_rays")
+
+
+class OCCLUSION_BAKE_PT_light(_Settings, bpy.types.Panel):
+    """Light of the World."""
+
+    bl_label = "World Light"
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.occlusion_bake, "use_light", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = _begin(self, context)
+        layout.active = chosen.use_light
+        layout.prop(chosen, "light_picture")
+        layout.prop(chosen, "use_light_lobe")
+
+
 class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
     """Who blocks light, by choice and by name."""
 
@@ -157,6 +203,7 @@ class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
         if chosen.occluders == "COLLECTION":
             layout.prop(chosen, "collection")
         layout.prop(chosen, "use_ground")
+        layout.prop(chosen, "use_front_only")
         self._draw_list(context)
 
     def _draw_list(self, context: bpy.types.Context) -> None:
@@ -256,6 +303,11 @@ class OCCLUSION_BAKE_PT_options(_Settings, bpy.types.Panel):
         value = row.row()
         value.active = chosen.use_distance
         value.prop(chosen, "distance", text="")
+        falloff = layout.row()
+        falloff.active = chosen.use_distance
+        falloff.prop(chosen, "falloff")
+        layout.prop(chosen, "nearest")
+        layout.prop(chosen, "spread")
         smooth = layout.row()
         smooth.active = not by_rays(chosen)
         smooth.prop(chosen, "use_filter")
@@ -281,6 +333,9 @@ CLASSES = (
     OCCLUSION_BAKE_PT_bake,
     OCCLUSION_BAKE_PT_result,
     OCCLUSION_BAKE_PT_reflection,
+    OCCLUSION_BAKE_PT_bent,
+    OCCLUSION_BAKE_PT_code,
+    OCCLUSION_BAKE_PT_light,
     OCCLUSION_BAKE_PT_occluders,
     OCCLUSION_BAKE_PT_highs,
     OCCLUSION_BAKE_PT_output,

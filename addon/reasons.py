@@ -14,9 +14,12 @@ from ..core.scene import Floats
 _NAMED = 4  # materials in a line
 
 
-def reasons_to_differ(values: Floats, samples: int, other_owner: int, occluders: Collection[str]) -> list[str]:
+def reasons_to_differ(
+    values: Floats, samples: int, other_owner: int, occluders: Collection[str], of_our_own: Collection[str] = ()
+) -> list[str]:
     """A line for each. values: (N,) float32, our AO of the compared texels. other_owner: texels that Cycles gives to
-    another triangle. occluders: names of the objects that block light."""
+    another triangle. occluders: names of the objects that block light. of_our_own: settings that
+    Cycles lacks."""
     noise = float(np.sqrt(np.mean(values * (1.0 - values), dtype=np.float64) / samples))
     lines = [f"Noise: Cycles' {samples} samples alone may make an RMSE of up to {noise:.4f}"]
     if other_owner:
@@ -26,6 +29,7 @@ def reasons_to_differ(values: Floats, samples: int, other_owner: int, occluders:
         )
     if bpy.app.version < (5, 0):
         lines.append("Footprint: Cycles before Blender 5 samples the middle half of a texel, here the whole of it")
+    lines += [f"Settings: {what}, which Cycles' bake has not" for what in of_our_own]
     if names := sorted({material.name for material in _materials(occluders) if _lets_light_through(material)}):
         lines.append(f"Materials: {first_of(names, _NAMED)} let light through in Cycles; here all are opaque")
     return lines

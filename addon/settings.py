@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
-from ..core.bake import Settings
+from ..core.bake import LEAST_SPREAD, Settings
+from ..core.bent import Bent, Space
+from ..core.codes import Code
+from ..core.coding import Coding
 from ..core.errors import InputError
-from ..core.estimators import AO, reflection
+from ..core.estimators import AO, Falloff, light, reflection
+from ..core.products import LIGHT, RATIO
 from .quality import DEFAULT, PRESETS
 
 _RAYS = "RAYS"  # beside the presets
@@ -49,6 +54,31 @@ _UV = [
 ]
 
 
+_SPACES = [
+    ("TANGENT", "Tangent", "By the surface and its UV map, as tangent-space normal maps (MikkTSpace)"),
+    ("OBJECT", "Object", "By the object's axes"),
+    ("WORLD", "World", "By the scene's axes"),
+]
+_GREENS = [
+    ("UP", "Y Up", "As OpenGL, Blender, glTF, Godot and Unity have it"),
+    ("DOWN", "Y Down", "As DirectX and Unreal have it"),
+]
+_CODES = [
+    ("SH", "Harmonics", "Spherical harmonics: pictures that can be filtered and kept in mip maps"),
+    ("MASK8", "Mask 8 x 8", "A bit a cell, 8 bytes a texel; not to be filtered"),
+    ("MASK16", "Mask 16 x 16", "A bit a cell, 32 bytes a texel: for sharper reflections; not to be filtered"),
+]
+_CODE_RAYS = [(str(count), str(count), "Rays a texel") for count in (256, 1024, 4096)]
+_LIGHTS = [
+    ("RATIO", "Share", "The share of the World's light that gets through, of each color: a colored AO"),
+    ("LIGHT", "Light", "The light itself; it may be above 1"),
+    ("BOTH", "Both", "Two pictures"),
+]
+_FALLOFFS = [
+    ("NONE", "None", "All occluders within the distance block all of their light"),
+    ("LINEAR", "Linear", "From all at the surface to none at the distance, evenly"),
+    ("SMOOTH", "Smooth", "The same with a smooth start and end"),
+]
 _LAYOUTS = [
     ("EACH", "Each Object", "Every object has images of its own"),
     ("ATLAS", "All Objects", "The objects share their images: by their UV maps where all have one, else by charts "
@@ -85,6 +115,35 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
         description="Divide by what an open surface would get, so that open points are white in grazing views, too",
         default=False,
     )
+    use_bent: BoolProperty(
+        name="Bent Normals", description="Bake the mean direction in which each point is open, as a normal map",
+        default=False,
+    )  # fmt: skip
+    bent_space: EnumProperty(name="Space", description="What the directions are told by", items=_SPACES)
+    bent_y: EnumProperty(name="Green", description="Which way green points, as in normal maps", items=_GREENS)
+    bent_alpha: BoolProperty(name="AO in Alpha", description="Keep AO in the fourth channel", default=False)
+    use_code: BoolProperty(
+        name="Directional Code",
+        description="Bake what reflection occlusion is rebuilt from in any view and for any exponent",
+        default=False,
+    )
+    code: EnumProperty(name="Code", description="What is kept of a texel's visibility", items=_CODES)
+    code_degree: IntProperty(
+        name="Degree", description="Of the spherical harmonics: degree 3 is 16 numbers, four pictures", default=3,
+        min=1, max=6,
+    )  # fmt: skip
+    code_rays: EnumProperty(name="Rays", description="Rays a texel that the code is made of", items=_CODE_RAYS)
+    use_light: BoolProperty(
+        name="World Light",
+        description="Bake the light of the scene's World that gets to the surface, or the share of it that does",
+        default=False,
+    )
+    light_picture: EnumProperty(name="Picture", description="What is baked of the light", items=_LIGHTS)
+    use_light_lobe: BoolProperty(
+        name="By Reflection's Lobes",
+        description="Weight the light by the lobes of the exponents under Reflection, too",
+        default=False,
+    )
     width: IntProperty(name="Width", description="Texels across", default=1024, min=1, max=65536, subtype="PIXEL")
     height: IntProperty(name="Height", description="Texels down", default=1024, min=1, max=65536, subtype="PIXEL")
     quality: EnumProperty(
@@ -105,6 +164,18 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     use_distance: BoolProperty(name="Limit Distance", description="Occluders farther away than this do not count")
     distance: FloatProperty(
         name="Distance", description="How far an occluder may be", default=1.0, min=1e-6, subtype="DISTANCE"
+    )
+    falloff: EnumProperty(name="Falloff", description="How occluders block less towards the distance", items=_FALLOFFS)
+    nearest: FloatProperty(
+        name="Minimum Distance", description="Occluders nearer than this do not count", default=0.0, min=0.0,
+        soft_max=1.0, subtype="DISTANCE",
+    )  # fmt: skip
+    spread: FloatProperty(
+        name="Spread", description="The cone that rays stay in; 180 degrees is all of the hemisphere",
+        default=math.pi, min=math.radians(LEAST_SPREAD), max=math.pi, subtype="ANGLE",
+    )  # fmt: skip
+    use_front_only: BoolProperty(
+        name="Front Faces Only", description="Faces block no light that comes from behind them", default=False
     )
     occluders: EnumProperty(name="Occluders", description="What may block light", items=_OCCLUDERS)
     collection: PointerProperty(
@@ -231,6 +302,11 @@ def core_settings(chosen: Any) -> Settings:
     if chosen.use_ro:
         camera = chosen.direction == "CAMERA"
         estimators += [reflection(each, from_camera=camera) for each in _exponents(chosen.exponents)]
+    if chosen.use_light:
+        estimators.append(light())
+        if chosen.use_light_lobe:
+            camera = chosen.direction == "CAMERA"
+            estimators += [light(each, from_camera=camera) for each in _exponents(chosen.exponents)]
     return Settings(
         estimators=tuple(estimators),
         width=chosen.width,
@@ -243,7 +319,29 @@ def core_settings(chosen: Any) -> Settings:
         threads=chosen.threads,
         seed=chosen.seed,
         divide_horizon=chosen.divide_horizon,
+        nearest=chosen.nearest,
+        falloff=Falloff[chosen.falloff] if chosen.use_distance else Falloff.NONE,
+        spread=min(math.degrees(chosen.spread), 180.0),
+        front_only=chosen.use_front_only,
+        bent=_bent(chosen),
+        coding=_coding(chosen),
+        lights=frozenset({RATIO, LIGHT} if chosen.light_picture == "BOTH" else {chosen.light_picture.lower()}),
     )
+
+
+def _bent(chosen: Any) -> Bent | None:
+    if not chosen.use_bent:
+        return None
+    return Bent(Space[chosen.bent_space], chosen.bent_y == "DOWN", chosen.bent_alpha)
+
+
+def _coding(chosen: Any) -> Coding | None:
+    if not chosen.use_code:
+        return None
+    code = (
+        Code("sh", chosen.code_degree) if chosen.code == "SH" else Code("mask", int(chosen.code.removeprefix("MASK")))
+    )
+    return Coding(code, int(chosen.code_rays))
 
 
 def _exponents(text: str) -> list[float]:

@@ -15,17 +15,19 @@ from numpy.typing import NDArray
 from . import horizon, inside, turned
 from .bent import Bent, Space
 from .clock import timed
+from .coding import Coder, Coding
 from .counts import Counts
 from .embree import open_device
 from .environment import Environment
 from .errors import InputError
 from .estimators import AO, Axis, Estimator, Falloff
 from .field import Field
+from .finish import fill_margins
 from .frames import Texture, check_tangents
 from .highs import onto_highs
 from .kernel_api import Control
 from .occluders import Frame, Occluders
-from .products import BakedMap, Finisher, traced_estimators
+from .products import LIGHT, RATIO, BakedMap, Finisher, picture_of, traced_estimators
 from .progress import Preview, Progress
 from .scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
 from .solve import MOST_MEAN_RAYS, Goal, Means, Solved, first_rays, solve
@@ -41,7 +43,7 @@ LEAST_SPREAD = 1.0  # degrees: narrower cones are rays
 FARTHEST_CAMERA = 1e30  # float32 holds it, whatever the frame's origin
 
 # Seeds of rounds and of probes, so many apart.
-_NEXT_SEED, _PROBES = 0x9E3779B97F4A7C15, 1 << 20
+_NEXT_SEED, _PROBES, _CODES = 0x9E3779B97F4A7C15, 1 << 20, 1 << 21
 
 # Parts of the time that an object takes, for the progress bar.
 _TEXELS, _BUILD, _INSIDE, _TRACE = (0.0, 0.02), (0.02, 0.05), (0.05, 0.06), (0.06, 1.0)
@@ -55,7 +57,8 @@ class Settings:
     divide_horizon: maps about the reflected direction become a share of what an open surface would get (horizon.py).
     nearest: scene units; what is nearer blocks nothing. falloff: by which occluders block less up to the distance.
     spread: degrees across the cone about a lobe's axis that its rays stay in. front_only: faces block nothing from
-    behind. bent: how bent normals are written, where they are wanted.
+    behind. bent: how bent normals are written, where they are wanted. coding: a directional code, where one is wanted.
+    lights: which pictures of light are, RATIO, the share that gets through, or LIGHT, the light itself.
 
     Raises InputError, one line, for a value out of range.
     """
@@ -76,9 +79,11 @@ class Settings:
     spread: float = 180.0
     front_only: bool = False
     bent: Bent | None = None
+    coding: Coding | None = None
+    lights: frozenset[str] = frozenset({RATIO})
 
     def __post_init__(self) -> None:
-        if not self.estimators and self.bent is None:
+        if not self.estimators and self.bent is None and self.coding is None:
             raise InputError("nothing to bake; choose AO, RO or another map")
         names = [estimator.name for estimator in self.estimators]
         if len(set(names)) < len(names):
@@ -101,6 +106,12 @@ class Settings:
             raise InputError(f"margin {self.margin}: give 0 to {MAX_SIZE} texels")
         if not 0 <= self.threads <= MAX_THREADS:
             raise InputError(f"threads {self.threads}: give 1 to {MAX_THREADS}, or 0 for all")
+
+    def names_of(self, estimator: Estimator) -> list[str]:
+        """What the pictures of an estimator are called."""
+        if not estimator.is_light:
+            return [estimator.name]
+        return [picture_of(estimator, kind) for kind in (RATIO, LIGHT) if kind in self.lights]
 
     @property
     def goal(self) -> Goal:
@@ -173,7 +184,7 @@ class Baker:
         settings, progress = self._settings, self._progress
         seconds: dict[str, float] = {}
         warnings = check_target(target)
-        if settings.bent is not None and settings.bent.space is Space.TANGENT:
+        if settings.coding or (settings.bent and settings.bent.space is Space.TANGENT):
             check_tangents(target)
         with timed(seconds, "texels"):
             texels = _texels_of(target, tile, settings, progress)
@@ -195,22 +206,43 @@ class Baker:
         solved = bench.solve(seconds)
         with timed(seconds, "finish"):
             progress.raise_if_cancelled()
-            texture = None if settings.bent is None else Texture(target, low, tile)
+            texture = Texture(target, low, tile) if settings.bent or settings.coding else None
             finisher = Finisher(
                 *(surface, texels.owner, texture, texels.coverage, settings.margin, camera),
                 *(self._scene.environment, settings.bent, settings.threads),
             )
             maps: dict[str, BakedMap] = {}
             for estimator, each in zip(traced_maps, solved, strict=True):
-                wanted = any(one.name == estimator.name for one in settings.estimators)
-                maps.update(finisher.maps(estimator, each, wanted=wanted))
+                wanted = {name for one in settings.estimators for name in settings.names_of(one)}
+                maps.update(finisher.maps(estimator, each, wanted))
+        if settings.coding is not None and texture is not None:
+            with timed(seconds, "code"):
+                coder = Coder(frame.scene, surface, texels.owner, texture, bench.rays(1, _CODES))
+                bench.enter("tracing the directional code", rays=True)
+                maps[settings.coding.code.name] = self._coded(coder, settings.coding, texels)
         traced = sum(each.rays for each in solved)
+        traced += maps[settings.coding.code.name].rays if settings.coding else 0
         warnings += [*texels.warnings, *inside.warning(target.name, share), *turned.warning(target.name, backs)]
         if AO.name in maps and share < inside.TOLD and backs < inside.TOLD:
             warnings += turned.dark_warning(target.name, maps[AO.name].mean)
         warnings += _shortfalls(target, settings, traced_maps, solved)
         what = (target.name, settings.width, settings.height, texels.count, traced, maps)
         return Baked(*what, share, texels.overlapped, backs, seconds, warnings, tile)
+
+    def _coded(self, coder: Coder, coding: Coding, texels: Texels) -> BakedMap:
+        settings, progress = self._settings, self._progress
+        values = np.zeros((*texels.owner.shape, coding.code.count), dtype=np.float32)
+        flat = values.reshape(-1, coding.code.count)
+        for these, codes in coder.values(coding, progress.control):
+            progress.raise_if_cancelled()
+            flat[these] = codes
+        error = coder.error(values, coding, settings.seed)
+        covered = texels.owner >= 0
+        # Bytes of masks cannot be averaged; they are read unfiltered, and need no margin.
+        filled = values if coding.code.kind == "mask" else fill_margins(values, covered, settings.margin)
+        coverage = np.where(covered, texels.coverage, np.float32(0.0))
+        rays = coding.rays * int(np.count_nonzero(covered))
+        return BakedMap(filled, covered, coverage, error.rmse, error.p99, float(values[covered].mean()), rays)
 
     def _onto_highs(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> tuple[Placed, Texels]:
         control = self._progress.enter(f"{target.name}: looking for high meshes", _INSIDE)
@@ -283,6 +315,8 @@ class _Bench:
     def solve(self, seconds: dict[str, float]) -> list[Solved]:
         """All maps. Their first round is traced together."""
         goal, estimators = self._settings.goal, self._estimators
+        if not estimators:
+            return []
         with timed(seconds, "trace"):
             into = np.zeros((images_of(estimators), *self._owner.shape), dtype=np.float32)
             if estimators[0].counts is not Counts.LIGHT:  # whose sums are no share of the rays
@@ -311,7 +345,7 @@ class _Bench:
 
         def probe(texels: NDArray[np.int64], rays: int) -> Floats:
             with _moved(seconds, "solve", "probe"):
-                how = self._rays(rays, next(draws))
+                how = self.rays(rays, next(draws))
                 listed = trace_texels(
                     *(self._frame.scene, self._surface, self._owner, texels, (estimator,), how),
                     control=self._progress.control,
@@ -320,7 +354,7 @@ class _Bench:
                 horizon.divide(listed[0], self._openness(estimator, texels))
             return listed
 
-        return Means(trace_round, probe, estimator.counts, lambda: self._field, self._enter, self._show)
+        return Means(trace_round, probe, estimator.counts, lambda: self._field, self.enter, self._show)
 
     def _show(self, values: Floats) -> None:
         """A map as it is after a round."""
@@ -350,8 +384,8 @@ class _Bench:
         halves: bool,
         into: Floats | None = None,
     ) -> Sums:
-        control = self._enter("tracing", rays=True)
-        what = (self._frame.scene, self._surface, owner, estimators, self._rays(rays, number))
+        control = self.enter("tracing", rays=True)
+        what = (self._frame.scene, self._surface, owner, estimators, self.rays(rays, number))
         sums = trace(*what, halves=halves, into=into, control=control)
         index = 0
         for estimator in estimators:
@@ -363,7 +397,7 @@ class _Bench:
             index += estimator.counts.images
         return sums
 
-    def _rays(self, rays: int, number: int) -> Rays:
+    def rays(self, rays: int, number: int) -> Rays:
         """Each round's rays, and each draw of the probes', by a seed of its own; the first round's by the bake's."""
         settings = self._settings
         seed = settings.seed + number * _NEXT_SEED
@@ -393,10 +427,10 @@ class _Bench:
 
     @cached_property
     def _field(self) -> Field:
-        control = self._enter("finding neighbours")
+        control = self.enter("finding neighbours")
         return Field(self._surface, self._owner, threads=self._settings.threads, control=control)
 
-    def _enter(self, stage: str, *, rays: bool = False) -> Control:
+    def enter(self, stage: str, *, rays: bool = False) -> Control:
         """The next stage. How many there will be nobody knows: each gets half of what is left of the bar, a bake of a
         given number of rays all of it."""
         start, end = self._left, _TRACE[1]

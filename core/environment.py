@@ -16,12 +16,11 @@ from .equirectangular import averaged
 from .errors import InputError
 from .far_light import FarLight
 from .light_tables import Sampling, tables
-from .octahedron import block_sums, directions, middles, sample_weights, solid_angles
+from .octahedron import Reals, block_sums, directions, middles, sample_weights, solid_angles
 from .scene import Doubles, Floats
 
 LARGEST_SIZE = 1024
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # ITU-R BT.709
-_FINEST = 2048  # samples along the map's side, of what is averaged over its cells
 _BAND = 64  # rows of samples at a time
 
 
@@ -70,7 +69,7 @@ def open_light(
     return environment.far_light.gathered(axes, normals, exponent, threads)
 
 
-def from_octahedral(radiance: Floats, n: int) -> Environment:
+def from_octahedral(radiance: Reals, n: int) -> Environment:
     """The mean by solid angle over each cell, of a finer octahedral map (m, m, 3), m a multiple of n."""
     _check_size(n)
     weights = sample_weights(n, len(radiance) // n)
@@ -83,7 +82,7 @@ def from_function(radiance: Callable[[Doubles], Doubles], n: int) -> Environment
 
     Raises InputError."""
     _check_size(n)
-    side = max(4 * n, _FINEST // 4)
+    side = n * _samples(n)
     values = np.empty((side, side, 3))
     for start in range(0, side, _BAND):
         rows = slice(start, start + _BAND)
@@ -100,8 +99,13 @@ def from_equirectangular(pixels: Floats, n: int, rotation: Doubles | None = None
     """
     _check_size(n)
     _check_light(pixels)
-    means = averaged(pixels, pixels @ _LUMINANCE, n, max(4 * n, _FINEST) // n, rotation)
+    means = averaged(pixels, pixels @ _LUMINANCE, n, _samples(n), rotation)
     return Environment(means.astype(np.float32))
+
+
+def _samples(n: int) -> int:
+    """How many there are along the side of a cell, of what is averaged over it."""
+    return min(max(2048 // n, 4), 16)
 
 
 def _check_size(n: int) -> None:
@@ -109,7 +113,7 @@ def _check_size(n: int) -> None:
         raise InputError(f"Environment: a map of size {n}; give a power of two from 2 to {LARGEST_SIZE}")
 
 
-def _check_light(values: Floats) -> None:
+def _check_light(values: Reals) -> None:
     broken = int(np.count_nonzero(~np.isfinite(values).all(axis=-1)))
     if broken:
         count = "1 pixel is" if broken == 1 else f"{broken} pixels are"

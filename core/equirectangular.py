@@ -33,7 +33,7 @@ def averaged(pixels: Floats, luminance: Doubles, n: int, count: int, rotation: D
     that meet a bright pixel share its own solid angle among them, and one that no sample met goes to the cell that its
     middle lies in. Others keep the samples' solid angles, so that an even sky stays even.
     """
-    shape = luminance.shape
+    shape: tuple[int, int] = luminance.shape[:2]  # type: ignore[assignment]
     met = _pixels_met(shape, n * count, rotation)
     weights = sample_weights(n, count)
     found = np.bincount(met.ravel(), weights.ravel(), luminance.size).reshape(shape)
@@ -43,13 +43,14 @@ def averaged(pixels: Floats, luminance: Doubles, n: int, count: int, rotation: D
     meant = bright & (found > 0.0)
     scaled[meant] *= (angles[meant] / found[meant])[:, np.newaxis]
     sums = block_sums(scaled.reshape(-1, 3)[met] * weights[..., np.newaxis], n).reshape(-1, 3)
-    missed = np.nonzero(bright & (found == 0.0))
-    np.add.at(sums, cell_of(octahedral(_middle_of(shape, *missed, rotation)), n), (pixels * angles[..., None])[missed])
+    missed = bright & (found == 0.0)
+    cells = cell_of(octahedral(_middles_of(missed, rotation)), n)
+    np.add.at(sums, cells, pixels[missed] * angles[missed][:, np.newaxis])
     means: Doubles = sums.reshape(n, n, 3) / solid_angles(n)[..., np.newaxis]
     return means
 
 
-def _pixels_met(shape: tuple[int, ...], side: int, rotation: Doubles | None) -> NDArray[np.int32]:
+def _pixels_met(shape: tuple[int, int], side: int, rotation: Doubles | None) -> NDArray[np.int32]:
     """(side, side) int32: the pixel, row · w + column, in the direction of each sample."""
     height, width = shape
     met = np.empty((side, side), dtype=np.int32)
@@ -63,11 +64,10 @@ def _pixels_met(shape: tuple[int, ...], side: int, rotation: Doubles | None) -> 
     return met
 
 
-def _middle_of(
-    shape: tuple[int, ...], rows: NDArray[np.intp], columns: NDArray[np.intp], rotation: Doubles | None
-) -> Doubles:
-    """(N, 3) float64: the world directions of pixels' middles."""
-    polar = (rows + 0.5) / shape[0] * np.pi
-    turn = 2.0 * np.pi * (0.5 - (columns + 0.5) / shape[1])
-    ways = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
-    return ways if rotation is None else ways @ rotation
+def _middles_of(which: NDArray[np.bool_], rotation: Doubles | None) -> Doubles:
+    """(N, 3) float64: the world directions of the middles of some pixels, (h, w) bool."""
+    rows, columns = np.nonzero(which)
+    polar = (rows + 0.5) / which.shape[0] * np.pi
+    turn = 2.0 * np.pi * (0.5 - (columns + 0.5) / which.shape[1])
+    ways: Doubles = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
+    return ways if rotation is None else np.matmul(ways, rotation)

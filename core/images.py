@@ -10,7 +10,7 @@ import contextlib
 import errno
 import json
 import secrets
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -100,10 +100,13 @@ def write_image(
     coverage: NDArray[Any] | None = None,
     metadata: Metadata | None = None,
     dither: bool = False,
+    channels: Sequence[str] = (),
 ) -> None:
     """Write linear values to a .png, .exr, .tif or .tiff file, which appears whole or not at all.
 
-    values: (h, w) or (h, w, 3) float32, row 0 at the top; integers are rounded to nearest from [0, 1].
+    values: (h, w), (h, w, 3) or (h, w, 4) float32, row 0 at the top, the fourth an alpha that the others are not
+    multiplied by; integers are rounded to nearest from [0, 1]. channels: names for the values' channels, of which EXR
+    takes any number.
     depth: see `check_format`. coverage: (h, w) bool or float; EXR keeps it as channel A and the values, not multiplied
     by it, in R, G and B, since engines refuse grey with alpha; PNG and TIFF leave it out.
     metadata: what was baked and how; kept as JSON in the image description, from which `read_image` brings it back.
@@ -114,8 +117,12 @@ def write_image(
     path = Path(path)
     kind = _format_of(path)
     encoding = _encoding(kind, str(path), depth)
-    pixels = _encoded(_layers(path, values, coverage if kind.has_alpha else None), encoding, dither)
-    _write_whole(path, _spec(pixels, kind, metadata), pixels)
+    named = len(channels) > 0
+    if named and not kind.has_alpha:
+        raise InputError(f"{path}: only EXR holds {len(channels)} named channels; end the name in .exr")
+    covered = coverage if kind.has_alpha and not named and values.shape[2:] != (4,) else None
+    pixels = _encoded(_layers(path, values, covered, channels), encoding, dither)
+    _write_whole(path, _spec(pixels, kind, metadata, channels), pixels)
 
 
 def check_channel(path: Path, channel: str, size: tuple[int, int]) -> None:
@@ -237,10 +244,13 @@ def _encoding(kind: _Format, subject: str, depth: int) -> type[np.generic]:
     return kind.encodings[depth]
 
 
-def _layers(path: Path, values: NDArray[np.float32], coverage: NDArray[Any] | None) -> NDArray[np.float32]:
-    """(h, w, 1), (h, w, 3) or, with coverage, (h, w, 4) float32."""
+def _layers(
+    path: Path, values: NDArray[np.float32], coverage: NDArray[Any] | None, channels: Sequence[str] = ()
+) -> NDArray[np.float32]:
+    """(h, w, 1), (h, w, 3), as many as there are named channels or, with coverage, (h, w, 4) float32."""
     values = np.asarray(values, dtype=np.float32)
-    if values.ndim not in (2, 3) or values.size == 0 or values.shape[2:] not in ((), (3,)):
+    fitting = [(len(channels),)] if channels else [(), (3,), (4,)]
+    if values.ndim not in (2, 3) or values.size == 0 or values.shape[2:] not in fitting:
         raise InputError(f"{path}: an image of shape {values.shape} cannot be written; give (h, w) or (h, w, 3)")
     broken = values.size - int(np.count_nonzero(np.isfinite(values)))
     if broken:
@@ -277,9 +287,13 @@ def dithered(steps: NDArray[np.float32], most: int) -> NDArray[np.float32]:
     return np.clip(noise, 0.0, np.float32(most), out=noise)
 
 
-def _spec(pixels: NDArray[Any], kind: _Format, metadata: Metadata | None) -> Any:
+def _spec(pixels: NDArray[Any], kind: _Format, metadata: Metadata | None, names: Sequence[str] = ()) -> Any:
     height, width, channels = pixels.shape
     spec = openimageio().ImageSpec(width, height, channels, _TYPE_NAMES[pixels.dtype.name])
+    if names:
+        spec.channelnames = tuple(names)
+    if channels == 4 and not names:
+        spec.attribute("oiio:UnassociatedAlpha", 1)
     # "data" keeps every chunk that invites a conversion (gAMA, sRGB) out of a PNG; "linear" would add a gAMA.
     spec.attribute("oiio:ColorSpace", "data")
     for key, value in kind.settings.items():

@@ -1,8 +1,8 @@
 """Light from far away as points on the sphere, few or many, for sums over lobes.
 
 A point stands for a block of the map's cells, or for a part of one, and is where the energy of the block has its mean,
-with the covariance of its directions: so a sun in a wide block stays where it is, and as small, and smooth functions are
-summed up to third order in the width of the blocks.
+with the covariance of its directions: so a sun in a wide block stays where it is, and as small, and sums of a smooth
+function are right to second order in the width of the blocks.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from .scene import Doubles, Floats
 
 @dataclass(frozen=True, eq=False)
 class LightPoints:
-    """energy: (P, 3) float64, radiance times solid angle. mean: (P, 3) float64, of its directions, a bit shorter than 1;
-    covariance: (P, 6) float64, of these, xx, yy, zz, xy, yz and zx; width: (P,) float64, the side of a square with it."""
+    """energy: (P, 3) float64, radiance times solid angle. mean: (P, 3) float64, of its directions, shorter than 1.
+    covariance: (P, 6) float64, of these: xx, yy, zz, xy, yz, zx. width: (P,) float64, the side of a square with it."""
 
     energy: Doubles
     mean: Doubles
@@ -33,7 +33,7 @@ class LightPoints:
 
 
 def light_points(radiance: Floats, luminance: Doubles, side: int) -> LightPoints:
-    """The light of an octahedral map, radiance (n, n, 3) and luminance (n, n), in side × side points, less black ones."""
+    """The light of an octahedral map, radiance (n, n, 3), luminance (n, n), in side × side points, less black ones."""
     finest = max(len(radiance), side)
     count = finest // len(radiance)
     radiance, luminance = repeated(radiance, count), repeated(luminance, count)
@@ -50,7 +50,8 @@ def light_points(radiance: Floats, luminance: Doubles, side: int) -> LightPoints
 
 def products(ways: Doubles) -> Doubles:
     """(..., 3) → (..., 6): xx, yy, zz, xy, yz and zx."""
-    return np.concatenate([ways * ways, ways * np.roll(ways, -1, axis=-1)], axis=-1)
+    pairs: Doubles = np.concatenate([ways * ways, ways * np.roll(ways, -1, axis=-1)], axis=-1)
+    return pairs
 
 
 def _moments(n: int) -> Doubles:

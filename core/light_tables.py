@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .scene import Doubles, Floats
 
@@ -32,23 +31,17 @@ class Sampling:
 
 def tables(weights: Doubles) -> Sampling:
     """Draw the cells in proportion to weights, (n, n) float64, at least one of them above 0."""
-    n = len(weights)
-    rows, columns = _shares(weights.sum(axis=1)), _shares(weights)
-    probabilities = rows[:, np.newaxis] * columns / _STEPS**2
-    return Sampling(_cumulative(rows), _cumulative(columns), (probabilities * (n * n / 4.0)).astype(np.float32))
+    rows, columns = _cumulative(weights.sum(axis=1)), _cumulative(weights)
+    cells = np.diff(rows, prepend=0.0)[:, np.newaxis] * np.diff(columns, axis=1, prepend=0.0)
+    density = cells * (weights.size / 4.0)
+    return Sampling(rows.astype(np.float32), columns.astype(np.float32), density.astype(np.float32))
 
 
-def _shares(weights: Doubles) -> NDArray[np.int64]:
-    """Whole steps that add up to all of them along the last axis, one at least for each weight above 0. Where no weight
-    is, which is never drawn, they are equal."""
-    total = weights.sum(axis=-1, keepdims=True)
-    weights = np.where(total > 0.0, weights, 1.0)
-    ends = np.cumsum(weights, axis=-1)
-    lit = weights > 0.0
-    spare = _STEPS - np.count_nonzero(lit, axis=-1, keepdims=True)
-    steps = np.rint(ends / ends[..., -1:] * spare).astype(np.int64)
-    return np.diff(steps, axis=-1, prepend=0) + lit
-
-
-def _cumulative(steps: NDArray[np.int64]) -> Floats:
-    return (np.cumsum(steps, axis=-1) / _STEPS).astype(np.float32)
+def _cumulative(weights: Doubles) -> Doubles:
+    """Shares added up along the last axis, in whole steps, one at least for each weight above 0. Where no weight is,
+    which is never drawn, they are equal."""
+    weights = np.where(weights.any(axis=-1, keepdims=True), weights, 1.0)
+    ends, lit = np.cumsum(weights, axis=-1), np.cumsum(weights > 0.0, axis=-1)
+    steps = np.rint(ends / ends[..., -1:] * (_STEPS - lit[..., -1:])) + lit
+    shares: Doubles = steps / _STEPS
+    return shares

@@ -5,7 +5,7 @@ folded outwards, to ((1 − |p.y|) · sign p.x, (1 − |p.x|) · sign p.y), a si
 Octahedron Environment Maps, 2008). Of n × n cells, that in row j and column i begins at (-1 + 2i/n, -1 + 2j/n).
 
 On each face of the octahedron the map is linear, so straight lines are arcs of great circles, and a cell, cut along the
-diagonal that the fold takes, is two spherical triangles. That makes solid angles and mean directions exact.
+diagonal that the fold takes, is two spherical triangles: solid angles are exact.
 """
 
 from __future__ import annotations
@@ -69,22 +69,6 @@ def solid_angles(n: int) -> Doubles:
     return angles
 
 
-@lru_cache(maxsize=4)
-def moments(n: int) -> Doubles:
-    """(n, n, 3) float64: ∫ ω dω over each cell, for an even n; not to be written to.
-
-    Half the sum over the edges of their angle times the unit normal of their plane (J. H. Lambert, Photometria, 1760).
-    """
-    corners = _triangles(n)
-    following = np.roll(corners, -1, axis=-2)
-    normals = np.cross(corners, following)
-    sines = np.linalg.norm(normals, axis=-1, keepdims=True)
-    angles = np.arctan2(sines, (corners * following).sum(axis=-1, keepdims=True))
-    sums: Doubles = 0.5 * (angles / sines * normals).sum(axis=(0, -2))
-    sums.setflags(write=False)
-    return sums
-
-
 def sample_weights(n: int, count: int) -> Doubles:
     """(n · count, n · count) float64: the solid angles that the middles of count × count parts of each cell stand for;
     they add up to the cell's own, for an even n."""
@@ -103,12 +87,14 @@ def block_sums(values: Reals, n: int) -> Doubles:
 
 def repeated(values: Reals, count: int) -> Reals:
     """(n, n, ...) values over count × count parts of each cell."""
-    return np.repeat(np.repeat(values, count, axis=0), count, axis=1)
+    over: Reals = np.repeat(np.repeat(values, count, axis=0), count, axis=1)
+    return over
 
 
 def _folded(points: Doubles) -> Doubles:
     """(..., 2): the point of the other side of the fold."""
-    return (1.0 - np.abs(points[..., ::-1])) * np.where(points < 0.0, -1.0, 1.0)
+    folded: Doubles = (1.0 - np.abs(points[..., ::-1])) * np.where(points < 0.0, -1.0, 1.0)
+    return folded
 
 
 def _triangles(n: int) -> Doubles:

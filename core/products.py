@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +20,7 @@ from .solve import Solved
 from .texels import surface_points
 
 BENT_NAME = "bent"
+RATIO, LIGHT = "ratio", "light"  # pictures of an estimator of light: the share that gets through, and the light itself
 _BAND = 1 << 16  # texels that are worked on at a time
 
 
@@ -57,15 +58,18 @@ class Finisher:
     bent: Bent | None
     threads: int
 
-    def maps(self, estimator: Estimator, solved: Solved, *, wanted: bool) -> Iterator[tuple[str, BakedMap]]:
-        """The images of one estimator by name; wanted: whether its own value is among them."""
+    def maps(self, estimator: Estimator, solved: Solved, wanted: Collection[str]) -> Iterator[tuple[str, BakedMap]]:
+        """The images of one estimator by name; wanted: names of the maps that were asked for by name."""
         if estimator.counts is Counts.LIGHT:
             assert solved.more is not None
             shares = np.moveaxis(solved.more, 0, -1)
-            yield f"{estimator.name}_ratio", self._finished(shares, solved, solved.error)
-            yield estimator.name, self._finished(shares * self._open(estimator, solved.covered), solved, solved.error)
+            ratio, level = picture_of(estimator, RATIO), picture_of(estimator, LIGHT)
+            if ratio in wanted:
+                yield ratio, self._finished(shares, solved, solved.error)
+            if level in wanted:
+                yield level, self._finished(shares * self._open(estimator, solved.covered), solved, solved.error)
             return
-        if wanted:
+        if estimator.name in wanted:
             yield estimator.name, self._finished(solved.values, solved, solved.error)
         if estimator.counts is Counts.BENT:
             assert solved.more is not None and solved.more_error is not None
@@ -104,6 +108,11 @@ class Finisher:
         coverage = np.where(covered, self.coverage, np.float32(0.0))
         filled = fill_margins(values, covered, self.margin)
         return BakedMap(filled, covered, coverage, error.rmse, error.p99, solved.mean, solved.rays)
+
+
+def picture_of(estimator: Estimator, kind: str) -> str:
+    """What a picture of light is called."""
+    return f"{estimator.name}_{RATIO}" if kind == RATIO else estimator.name
 
 
 def traced_estimators(estimators: tuple[Estimator, ...], bent: Bent | None) -> tuple[Estimator, ...]:

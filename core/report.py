@@ -17,9 +17,10 @@ from .compare import Comparison
 from .embree import Device
 from .errors import InputError
 from .estimators import Axis
+from .products import BENT_NAME, RATIO
 from .version import version
 
-STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "probe", "finish", "write")
+STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "probe", "finish", "code", "write")
 Json = dict[str, Any]
 
 
@@ -97,6 +98,10 @@ def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float
         "error_wanted": settings.error,
         "filtered": settings.goal.filtered,
         "distance": settings.distance,
+        "minimum_distance": settings.nearest,
+        "falloff": settings.falloff.name.lower(),
+        "spread": settings.spread,
+        "faces": "front" if settings.front_only else "both",
         "ro_horizon": "divide" if settings.divide_horizon else "keep",
         "seed": settings.seed,
         "seconds": dict(seconds),
@@ -106,23 +111,51 @@ def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float
 
 def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str | int | float]:
     """What an image says of itself: what was baked, how, and how well. rays_per_texel: the mean of what was traced."""
-    estimator = next(each for each in settings.estimators if each.name == name)
     made = baked.maps[name]
     return {
         "software": f"Occlusion Bake {version()}",
         "object": baked.name,
-        "map": "ambient occlusion" if name == "ao" else "reflection occlusion",
-        "exponent": estimator.exponent,
-        "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
-        "horizon": "divided" if settings.divide_horizon and estimator.axis is Axis.REFLECTED else "kept",
-        "sampler": estimator.sampler.name.lower(),
+        **_what_it_is(name, settings),
         "rays_per_texel": round(made.rays / max(int(np.count_nonzero(made.covered)), 1), 1),
         "error_wanted": "none" if settings.error is None else settings.error,
         "filtered": "yes" if settings.goal.filtered else "no",
-        "distance": "none" if settings.distance is None else settings.distance,
+        **_reach(settings),
         "seed": settings.seed,
         "estimated_rmse": made.error,
         "estimated_p99": made.p99,
+    }
+
+
+def _what_it_is(name: str, settings: Settings) -> dict[str, str | int | float]:
+    """A map by its name."""
+    estimator = next((each for each in settings.estimators if name in settings.names_of(each)), None)
+    if estimator is None and name == BENT_NAME and settings.bent is not None:
+        bent = settings.bent
+        return {"map": "bent normal", "space": bent.space.value, "green": "down" if bent.y_down else "up"}
+    if estimator is None:
+        assert settings.coding is not None and settings.coding.code.name == name
+        return {"map": "directional code", "code": name, "code_rays": settings.coding.rays}
+    kind = "ambient occlusion" if name == "ao" else "reflection occlusion"
+    if estimator.is_light:
+        kind = "share of the environment's light" if name.endswith(RATIO) else "environment's light"
+    divided = settings.divide_horizon and estimator.axis is Axis.REFLECTED and not estimator.is_light
+    return {
+        "map": kind,
+        "exponent": estimator.exponent,
+        "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
+        "horizon": "divided" if divided else "kept",
+        "sampler": estimator.sampler.name.lower(),
+    }
+
+
+def _reach(settings: Settings) -> dict[str, str | int | float]:
+    """What counts as an occluder."""
+    return {
+        "distance": "none" if settings.distance is None else settings.distance,
+        "minimum_distance": settings.nearest,
+        "falloff": settings.falloff.name.lower(),
+        "spread": settings.spread,
+        "faces": "front" if settings.front_only else "both",
     }
 
 

@@ -71,9 +71,9 @@ class Solved:
 
 @dataclass(frozen=True, eq=False)
 class Means:
-    """How a map gets what it needs. trace: rounds of rays. probe: rays of listed texels. counts: what is summed up of them.
-    field: built when first asked for. enter: begins a stage of the work, and gives its control. show: takes the map as it is
-    after a round."""
+    """How a map gets what it needs. trace: rounds of rays. probe: rays of listed texels. counts: what is summed up of
+    them. field: built when first asked for. enter: begins a stage of the work, and gives its control. show: takes the
+    map as it is after a round."""
 
     trace: TraceRound
     probe: probes.Trace

@@ -184,7 +184,7 @@ def test_a_channel_that_cannot_be_filled(scene: Any, make: Any) -> None:
         press()
     scene.image = bpy.data.images.new("Fits", 32, 32)
     scene.use_ro = True
-    with pytest.raises(RuntimeError, match="takes one map of one object"):
+    with pytest.raises(RuntimeError, match="takes one grey map of one object"):
         press()
 
 

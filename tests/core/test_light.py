@@ -10,10 +10,12 @@ import pytest
 from occlusion_bake.core.environment import Environment, from_function
 from occlusion_bake.core.errors import InputError
 from occlusion_bake.core.estimators import Estimator, light
+from occlusion_bake.core.products import LIGHT, RATIO
 from occlusion_bake.core.scene import Scene
 
 FAR = 4096.0
 SHARES = (0.0, 0.5, 1.0)  # of the rays from the lobe
+BOTH = frozenset({RATIO, LIGHT})
 
 
 def lit(scene: Scene, environment: Environment) -> Scene:
@@ -42,7 +44,7 @@ def sky(slope: float = 0.8, n: int = 256) -> Environment:
 @pytest.mark.parametrize("share", SHARES)
 def test_a_sky_that_is_linear_in_the_direction(share: float, shapes: Any, bake_one: Any) -> None:
     """Of 1 + c x the half away from the wall gives 1/2 + 2c/(3π), the whole 1."""
-    baked = bake_one(beside_a_wall(shapes, sky()), estimators=(sampled(share),), rays=1024, size=16)
+    baked = bake_one(beside_a_wall(shapes, sky()), estimators=(sampled(share),), rays=1024, size=16, lights=BOTH)
     exact = 0.5 + 2 * 0.8 / (3 * np.pi)
     ratio, seen = baked.maps["light_ratio"], baked.maps["light"]
     np.testing.assert_allclose(ratio.values[ratio.covered].mean(axis=0), exact, atol=3e-3)
@@ -55,7 +57,7 @@ def test_a_cap_of_light_behind_a_wall_or_before_it(share: float, side: float, sh
     tilt, half = np.radians(40.0), np.radians(15.0)
     middle = np.array([side * np.sin(tilt), 0.0, np.cos(tilt)])
     cap = from_function(lambda ways: np.repeat((ways @ middle > np.cos(half))[:, None] * 3.0, 3, axis=1), 256)
-    baked = bake_one(beside_a_wall(shapes, cap), estimators=(sampled(share),), rays=256, size=16)
+    baked = bake_one(beside_a_wall(shapes, cap), estimators=(sampled(share),), rays=256, size=16, lights=BOTH)
     seen = baked.maps["light"]
     expected = 3.0 * np.cos(tilt) * np.sin(half) ** 2 if side > 0 else 0.0
     assert seen.values[seen.covered].mean() == pytest.approx(expected, rel=2e-2, abs=1e-6)

@@ -95,9 +95,7 @@ struct PacketSums {
 
 // How many images the sums of a map take.
 namespace {
-constexpr int images_of(int32_t counts) {
-  return counts == OB_COUNTS_BENT ? 4 : (counts == OB_COUNTS_LIGHT ? 6 : 1);
-}
+constexpr int images_of(int32_t counts) { return counts == OB_COUNTS_BENT ? 4 : (counts == OB_COUNTS_LIGHT ? 6 : 1); }
 } // namespace
 
 // Points of a surface near one another, from a 4 x 4 block of texels. Lanes that are not active hold an active one's

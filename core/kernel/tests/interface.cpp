@@ -203,16 +203,16 @@ static bool build_anything(Random &random, const Device &device, const Scene &bu
   if (random.once_in(2)) {
     ob_mesh *mesh = nullptr;
     ob_device *on = draw.present(device.get());
-    check_status(draw, ob_mesh_build(on, draw.present(vertices), corners, draw.present(triangles), faces,
-                                     nullptr, 0, draw.optional(&control), draw.present(&mesh)));
+    check_status(draw, ob_mesh_build(on, draw.present(vertices), corners, draw.present(triangles), faces, nullptr, 0,
+                                     draw.optional(&control), draw.present(&mesh)));
     CHECK((mesh == nullptr) == draw.broken());
     ob_mesh_free(mesh);
     return draw.broken();
   }
   const Scene begun = begin_scene(device);
   ob_scene *scene = draw.good_or_bad({begun.get()}, {static_cast<ob_scene *>(nullptr), built.get()});
-  check_status(draw, ob_scene_add_triangles(scene, draw.present(vertices), corners, draw.present(triangles), faces,
-                                            nullptr, 0));
+  check_status(
+      draw, ob_scene_add_triangles(scene, draw.present(vertices), corners, draw.present(triangles), faces, nullptr, 0));
   must(ob_scene_commit(begun.get(), draw.optional(&control))); // what was refused left no trace
   return draw.broken();
 }
