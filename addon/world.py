@@ -1,17 +1,12 @@
 """A scene's World as light from far away.
 
-An image that is laid around as it is, or turned, is read from its file, as it stands there. Any other World is
-evaluated by Cycles, whatever its nodes: a bake of the environment gives each point of a mesh the light from where it
-lies, seen from the origin, and an octahedron unfolds into the very map that is wanted. Unlike a render, that leaves the
-Render Result alone. Where it is bright, as in the disc of a sun, it is looked at again, more closely.
+An image that is laid around as it is, or turned, is read from its own file. Any other World is evaluated by Cycles,
+whatever its nodes (world_bake.py); where it is bright, as in the disc of a sun, it is looked at again, more closely.
 
 The World is seen as surfaces see it: as by diffuse rays where its nodes tell rays apart, and without its volume.
 """
 
 from __future__ import annotations
-
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
 
 import bpy
 import numpy as np
@@ -19,12 +14,11 @@ import numpy as np
 from ..core.environment import Environment, from_equirectangular, from_octahedral
 from ..core.errors import InputError
 from ..core.octahedron import middles, on_octahedron
-from ..core.scene import Doubles, Floats
-from .extract import bake_override, passing_object, silenced, synced
+from ..core.scene import Floats
+from .world_bake import light_of_squares, passing_scene
 from .world_image import check_finite, pixels_of, plain_image
-from .world_nodes import check_images, show_to_surfaces
+from .world_nodes import check_images
 
-_SAMPLES = 4  # of each point of the map that Cycles fills
 _LEAST, _MOST = 512, 2048  # points along its side, four a cell where that is between them
 _BRIGHT = 16.0  # times the mean: there it is looked at more closely,
 _CLOSER = 16  # at so many points along the side of one,
@@ -57,9 +51,9 @@ def _from_image(world: bpy.types.World, size: int) -> Environment | None:
 def _from_cycles(scene: bpy.types.Scene, world: bpy.types.World, size: int) -> Environment:
     check_images(world)
     side = min(max(4 * size, _LEAST), max(_MOST, size))
-    with _passing_scene(scene, world) as passing:
-        quarters = _looked_at(passing, np.array([(-1, -1), (0, -1), (-1, 0), (0, 0)]), 1.0, side // 2)
-        radiance = _joined(quarters)
+    with passing_scene(scene, world) as passing:
+        quarters = light_of_squares(passing, np.array([(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)]), side // 2)
+        radiance = quarters.reshape(2, 2, side // 2, side // 2, 3).swapaxes(1, 2).reshape(side, side, 3)
         _look_closer(passing, radiance)
     check_finite(world.name, radiance)
     return from_octahedral(np.maximum(radiance, 0.0), size)
@@ -76,40 +70,7 @@ def _look_closer(scene: bpy.types.Scene, radiance: Floats) -> None:
     if not len(places):
         return
     corners = np.stack([places % side, places // side], axis=1) * (2.0 / side) - 1.0
-    seen = _looked_at(scene, corners, 2.0 / side, _CLOSER)
+    seen = light_of_squares(scene, corners, _CLOSER, 2.0 / side)
     points = corners[:, np.newaxis, np.newaxis] + (middles(_CLOSER) + 1.0) / side
     weights = np.linalg.norm(on_octahedron(points), axis=-1, keepdims=True) ** -3.0
     radiance.reshape(-1, 3)[places] = (seen * weights).sum(axis=(1, 2)) / weights.sum(axis=(1, 2))
-
-
-def _looked_at(scene: bpy.types.Scene, corners: Doubles, width: float, count: int) -> Floats:
-    """(Q, count, count, 3) float32: the light of the parts of Q squares of the map, rows by y.
-
-    corners: (Q, 2), where they begin. None may lie across an axis of the map. Raises InputError.
-    """
-    blocks = 1 << int(np.ceil(0.5 * np.log2(len(corners))))
-    with _image(blocks * count) as image, passing_object(scene, _mesh(corners, width, blocks)) as obj:
-        with _shown_on(obj, image), bake_override(bpy.context, obj, scene, scene.view_layers[0]):
-            _bake(scene.world)
-        pixels = np.empty((blocks, count, blocks, count, 4), dtype=np.float32)
-        image.pixels.foreach_get(pixels.reshape(-1))
-    return pixels[..., :3].transpose(0, 2, 1, 3, 4).reshape(-1, count, count, 3)[: len(corners)]
-
-
-def _joined(quarters: Floats) -> Floats:
-    """(4, c, c, 3) → (2c, 2c, 3)."""
-    count = quarters.shape[1]
-    return quarters.reshape(2, 2, count, count, 3).swapaxes(1, 2).reshape(2 * count, 2 * count, 3)
-
-
-def _mesh(corners: Doubles, width: float, blocks: int) -> bpy.types.Mesh:
-    """Squares of the map as two triangles each on the octahedron, cut where it folds; UVs put each in a block."""
-    around = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    falling = (corners + 0.5 * width).prod(axis=1) > 0.0  # the fold goes from the second corner to the fourth
-    turned = np.where(falling[:, np.newaxis], around[np.newaxis, :, 0] * 0 + np.arange(4), np.roll(np.arange(4), -1))
-    ...
-
-
-@contextmanager
-def _passing_scene(scene: bpy.types.Scene, world: bpy.types.World) -> Iterator[bpy.types.Scene]:
-    ...

@@ -24,7 +24,7 @@ def file_of(image: bpy.types.Image) -> Path:
     path = Path(bpy.path.abspath(image.filepath, library=image.library))
     if not path.is_file():
         raise InputError(
-            f"{image.name}: its file {path} is missing; use File > External Data > Find Missing Files, or choose another"
+            f"{image.name}: its file {path} is missing; find it by File > External Data, or choose another image"
         )
     return path
 

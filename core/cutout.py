@@ -1,63 +1,211 @@
-"""Where materials let light through: pictures of opacity on the triangles of an occluder, as on leaves and fences."""
+"""Where an occluder's material lets light through: leaves on cards, fences, nets.
+
+A material cuts a surface by a picture of its opacity, laid over the triangles by UVs, or by one value. A ray that hits
+a triangle is let on with what is left: 1 - opacity, layer after layer.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
+from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .errors import InputError
-from .scene import Floats, Ints
+from .scene import Doubles, Floats, Ints
+
+OPAQUE = -1  # in the place of a picture's number
+
+_Flags = NDArray[np.bool_]
 
 
 class Wrap(IntEnum):
-    """What lies beyond a picture's edges; the values are the kernel's."""
+    """What lies beyond a picture's edges, as Blender's image nodes name it."""
 
     REPEAT = 0
-    EXTEND = 1
-    CLIP = 2  # nothing: it is clear there
+    EXTEND = 1  # the texels of the edge
+    CLIP = 2  # nothing: clear
     MIRROR = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Alpha:
-    """One picture of opacity. values: (h, w) float32, 0 clear to 1 opaque, row 0 at the top; (1, 1) for a constant.
-    linear: interpolated between the middles of its texels, else the nearest.
+    """A picture of opacity.
 
-    Raises InputError for values that are not within 0 and 1.
+    values: (h, w) float32, 0 clear to 1 opaque, row 0 at the top; (1, 1) for a constant. linear: interpolated between
+    the texels' middles, else the nearest texel's.
     """
 
     values: Floats
-    linear: bool = True
-    wrap: Wrap = Wrap.REPEAT
+    linear: bool = False
+    wrap: Wrap = Wrap.EXTEND
 
-    def __post_init__(self) -> None:
-        if self.values.ndim != 2 or not self.values.size:
-            raise InputError(f"opacity of shape {self.values.shape}: give (h, w) values")
-        if not (np.isfinite(self.values).all() and self.values.min() >= 0.0 and self.values.max() <= 1.0):
-            raise InputError("opacity: values are not within 0 and 1; give 0 for clear, 1 for opaque")
+    @cached_property
+    def opaque(self) -> bool:
+        """Whether it lets light through nowhere."""
+        return self.wrap != Wrap.CLIP and bool((self.values >= 1.0).all())
+
+    @cached_property
+    def holes(self) -> Ints:
+        """(h' + 1, w' + 1) int32: how many texels that are not opaque lie below and left of each corner between texels.
+
+        Rows go up, as v does. The picture is one that repeats or, with CLIP and EXTEND, is never left: mirrored ones
+        are doubled, and clipped ones have a clear edge one texel wide.
+        """
+        open_texels = self.values[::-1] < 1.0
+        if self.wrap == Wrap.MIRROR:
+            open_texels = np.pad(open_texels, [(0, size) for size in open_texels.shape], mode="symmetric")
+        elif self.wrap == Wrap.CLIP:
+            open_texels = np.pad(open_texels, 1, constant_values=True)
+        sums = np.zeros((open_texels.shape[0] + 1, open_texels.shape[1] + 1), dtype=np.int32)
+        sums[1:, 1:] = open_texels
+        np.cumsum(sums, axis=0, out=sums)
+        return np.cumsum(sums, axis=1, out=sums)
 
 
 @dataclass(frozen=True, eq=False)
 class Cutout:
-    """What of a mesh is not opaque. alpha: (T,) int32, which of the pictures covers each triangle, -1 where it is
-    opaque. uv: (T, 3, 2) float32, v up. Opacity between 0 and 1 blocks that share of the light."""
+    """What cuts the triangles of one mesh.
+
+    alpha: (T,) int32, which of `alphas` covers each triangle, OPAQUE for none. uv: (T, 3, 2) float32 per corner, v up;
+    those of the opaque ones mean nothing.
+    """
 
     alphas: Sequence[Alpha]
     alpha: Ints
     uv: Floats
 
 
+def check_cutout(name: str, cutout: Cutout, triangles: int) -> None:
+    """Refuse what a kernel could not follow, of a mesh with so many triangles. Raises InputError naming `name`."""
+    if cutout.alpha.shape != (triangles,) or cutout.uv.shape != (triangles, 3, 2):
+        raise InputError(f"{name}: its cutout does not fit its {triangles} triangles; read its materials again")
+    if triangles and not OPAQUE <= cutout.alpha.min() <= cutout.alpha.max() < len(cutout.alphas):
+        raise InputError(f"{name}: a triangle names an alpha that does not exist; read its materials again")
+    for alpha in cutout.alphas:
+        if alpha.values.ndim != 2 or alpha.values.size == 0:
+            raise InputError(f"{name}: an alpha of shape {alpha.values.shape} is no picture; give (h, w)")
+        if not (alpha.values.min() >= 0.0 and alpha.values.max() <= 1.0):  # a NaN is neither
+            raise InputError(f"{name}: an alpha has values that are not from 0 to 1; clip it")
+
+
+def opacity(cutout: Cutout, triangle: Ints, weights: Floats) -> Floats:
+    """(N,) float32: the opacity at points of triangles, the kernel's reference.
+
+    triangle: (N,) int32. weights: (N, 3), of each triangle's corners. A triangle whose UVs are not finite is opaque.
+    """
+    result = np.ones(len(triangle), dtype=np.float32)
+    which = np.where(_finite(cutout)[triangle], cutout.alpha[triangle], OPAQUE)
+    for number, alpha in enumerate(cutout.alphas):
+        here = which == number
+        corners = cutout.uv[triangle[here]].astype(np.float64)
+        result[here] = sampled(alpha, np.einsum("nc,nca->na", weights[here].astype(np.float64), corners))
+    return result
+
+
+def sampled(alpha: Alpha, uv: Doubles) -> Floats:
+    """(N,) float32: a picture's values at (N, 2) places, v up. Texel i lies between i / w and (i + 1) / w, as in Cycles
+    (kernel/device/cpu/image.h)."""
+    column, row = (uv * alpha.values.shape[::-1]).T
+    if not alpha.linear:
+        return _texels(alpha, np.floor(column), np.floor(row))
+    column, row = column - 0.5, row - 0.5
+    left, below = np.floor(column), np.floor(row)
+    x, y = column - left, row - below
+    low = _texels(alpha, left, below) * (1.0 - x) + _texels(alpha, left + 1.0, below) * x
+    high = _texels(alpha, left, below + 1.0) * (1.0 - x) + _texels(alpha, left + 1.0, below + 1.0) * x
+    values: Floats = (low * (1.0 - y) + high * y).astype(np.float32)
+    return values
+
+
+def _texels(alpha: Alpha, column: Doubles, row: Doubles) -> Floats:
+    """(N,) float32: texels by column, and by row from below: whole numbers of any size."""
+    height, width = alpha.values.shape
+    x, y = _within(column, width, alpha.wrap), _within(row, height, alpha.wrap)
+    values: Floats = alpha.values[height - 1 - y, x]
+    if alpha.wrap == Wrap.CLIP:
+        values = np.where((x == column) & (y == row), values, np.float32(0.0))
+    return values
+
+
+def _within(index: Doubles, size: int, wrap: Wrap) -> NDArray[np.int64]:
+    """(N,) int64: the texel from 0 to size that stands at each place of a row."""
+    if wrap == Wrap.REPEAT:
+        inside = np.mod(index, size)
+    elif wrap == Wrap.MIRROR:
+        inside = np.mod(index, 2 * size)
+        inside = np.minimum(inside, 2 * size - 1 - inside)
+    else:
+        inside = np.clip(index, 0, size - 1)
+    return inside.astype(np.int64)
+
+
 def simplified(cutout: Cutout) -> Cutout | None:
-    """Without pictures that are opaque everywhere, and triangles whose UVs are no numbers, which are taken for opaque;
-    None where nothing is left."""
-    solid = np.array([bool(each.values.min() >= 1.0) for each in cutout.alphas], dtype=bool)
-    placed = np.isfinite(cutout.uv).all(axis=(1, 2))
-    kept = (cutout.alpha >= 0) & placed
-    kept[kept] = ~solid[cutout.alpha[kept]]
-    if not kept.any():
+    """The same with every triangle marked opaque that lets light through nowhere, and without pictures that then cover
+    none. None where all triangles are opaque."""
+    alpha = np.where(_finite(cutout), cutout.alpha, np.int32(OPAQUE))
+    for number, picture in enumerate(cutout.alphas):
+        here = np.flatnonzero(alpha == number)
+        alpha[here[_opaque_under(picture, cutout.uv[here])]] = OPAQUE
+    used = np.unique(alpha[alpha != OPAQUE])
+    if len(used) == 0:
         return None
-    uv = np.where(placed[:, np.newaxis, np.newaxis], cutout.uv, np.float32(0.0))
-    return Cutout(cutout.alphas, np.where(kept, cutout.alpha, -1).astype(np.int32), np.ascontiguousarray(uv))
+    numbers = np.full(len(cutout.alphas) + 1, OPAQUE, dtype=np.int32)  # the last: OPAQUE itself, which is -1
+    numbers[used] = np.arange(len(used), dtype=np.int32)
+    return replace(cutout, alphas=[cutout.alphas[i] for i in used], alpha=numbers[alpha])
+
+
+def _finite(cutout: Cutout) -> _Flags:
+    """(T,) bool."""
+    finite: _Flags = np.isfinite(cutout.uv).all(axis=(1, 2))
+    return finite
+
+
+def _opaque_under(alpha: Alpha, uv: Floats) -> _Flags:
+    """(N,) bool: triangles with (N, 3, 2) UVs under whose box in the picture all texels are opaque.
+
+    The number of texels that are not comes from four corners of `holes`, a summed-area table (Crow, Summed-area tables
+    for texture mapping, 1984).
+    """
+    if alpha.opaque or not len(uv) or not (alpha.values >= 1.0).any():
+        return np.full(len(uv), alpha.opaque)
+    low, high = _boxes(alpha, uv)
+    count = np.zeros(len(uv), dtype=np.int64)
+    for right in (False, True):
+        for top in (False, True):
+            x, y = (high if right else low)[:, 0], (high if top else low)[:, 1]
+            count += (1 if right == top else -1) * _below(alpha.holes, x, y)
+    none: _Flags = count == 0
+    return none
+
+
+def _boxes(alpha: Alpha, uv: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Each triangle's box in whole texels of `holes`: (N, 2) from and (N, 2) up to, exclusive.
+
+    A texel wider on all sides than rays can reach, since they find their places in float32.
+    """
+    size = np.array(alpha.values.shape[::-1], dtype=np.float64)
+    margin = 1.5 if alpha.linear else 1.0
+    place = uv.astype(np.float64) * size
+    low, high = np.floor(place.min(axis=1) - margin), np.floor(place.max(axis=1) + margin) + 1.0
+    if alpha.wrap == Wrap.CLIP:
+        low, high, size = low + 1.0, high + 1.0, size + 2.0  # for the clear edge
+    if alpha.wrap in (Wrap.CLIP, Wrap.EXTEND):
+        low = np.clip(low, 0.0, size - 1.0)
+        return low.astype(np.int64), np.clip(high, low + 1.0, size).astype(np.int64)
+    period = size * 2.0 if alpha.wrap == Wrap.MIRROR else size
+    span = np.minimum(high - low, period)
+    low = np.mod(low, period)
+    return low.astype(np.int64), (low + span).astype(np.int64)
+
+
+def _below(holes: Ints, x: NDArray[np.int64], y: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(N,) int64: the holes between 0 and (x, y) of a picture that repeats."""
+    height, width = holes.shape[0] - 1, holes.shape[1] - 1
+    (across, x), (up, y) = np.divmod(x, width), np.divmod(y, height)
+    whole = across * up * np.int64(holes[-1, -1])
+    count: NDArray[np.int64] = whole + across * holes[y, -1] + up * holes[-1, x] + holes[y, x]
+    return count

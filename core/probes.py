@@ -70,11 +70,15 @@ class Probes:
 
     def error_of_more(self, rows: Floats, counts: Counts) -> Error:
         """That of all rows after the first, (R - 1, H, W) float32, together: the length of the difference, of bent
-        directions at unit length."""
+        directions at unit length. Of these each counts by its AO: what is closed has no direction."""
         if counts is not Counts.BENT:
             return self._error(rows, slice(1, None))
         estimates = (np.concatenate([each[:1], directions(each[1:])]) for each in (self.first, self.second))
-        return replace(self, first=next(estimates), second=next(estimates))._error(directions(rows), slice(1, None))
+        open_share = 0.5 * (self.first[0] + self.second[0])
+        if not open_share.any():
+            return Error(0.0, 0.0, 0.0)
+        told = replace(self, first=next(estimates), second=next(estimates), weight=self.weight * open_share)
+        return told._error(directions(rows), slice(1, None))
 
     def _error(self, rows: NDArray[np.floating[Any]], which: slice) -> Error:
         if not len(self.texels):

@@ -31,8 +31,8 @@ class BakedMap:
     (probes.py); mean: their mean; rays: all that made it, but for those that measured its error. Values are 0 to 1,
     but for noise above 1 where the horizon was divided out and nothing filtered, and but for light.
 
-    Of bent normals the error is the length of the difference, in small angles these in radians. Of light it is that of
-    the share that gets through, as of its ratio."""
+    Of bent normals the error is the length of the difference, of small angles these in radians, each texel counted by
+    its AO. Of light it is that of the share that gets through, as of its ratio."""
 
     values: Floats
     covered: NDArray[np.bool_]

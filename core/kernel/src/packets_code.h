@@ -295,9 +295,10 @@ Lanes3 light_along(const Sky &sky, const Lanes3 &direction, Lanes cosine) {
 }
 
 // What a ray adds to each image, given V times its weight.
+template <int Images>
 void count(const Packet &packet, const Lanes3 &direction, Lanes visible, LaneMask wanted, Lanes cosine,
-           Lanes *counted) {
-  if (packet.counts == OB_COUNTS_LIGHT) {
+           Lanes (&counted)[Images]) {
+  if constexpr (Images == images_of(OB_COUNTS_LIGHT)) {
     const Lanes3 light = light_along(packet.sky, direction, cosine);
     const Lanes parts[3] = {light.x, light.y, light.z};
     for (int part = 0; part < 3; ++part) {
@@ -307,21 +308,21 @@ void count(const Packet &packet, const Lanes3 &direction, Lanes visible, LaneMas
     return;
   }
   counted[0] = visible;
-  if (packet.counts == OB_COUNTS_BENT) {
+  if constexpr (Images == images_of(OB_COUNTS_BENT)) {
     counted[1] = visible * direction.x;
     counted[2] = visible * direction.y;
     counted[3] = visible * direction.z;
   }
 }
 
-template <int W>
-void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, PacketSums &sums,
-           int64_t &embree_cycles) {
+template <int W, int Images>
+void trace_images(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active,
+                  PacketSums &sums, int64_t &embree_cycles) {
   Rays<W> rays[kLanes / W];
   prepare<W>(packet.nearest, rays);
   const int flags = packet.incoherent ? RTC_RAY_QUERY_FLAG_INCOHERENT : RTC_RAY_QUERY_FLAG_COHERENT;
-  const int images = images_of(packet.counts);
-  PacketSums total{};
+  Lanes total[Images] = {};
+  Lanes first_half[Images] = {};
   alignas(64) int32_t valid[kLanes];
   for (int32_t k = 0; k < packet.rays; ++k) {
     const Lanes3 direction = make_rays<W>(packet, group, frames, k, rays);
@@ -338,15 +339,31 @@ void trace(const Packet &packet, const Group &group, const Frames &frames, const
     if (packet.seen != nullptr) {
       __builtin_memcpy(packet.seen + static_cast<int64_t>(k) * kLanes, &visible, sizeof(visible));
     }
-    Lanes counted[kMostCounts];
-    count(packet, direction, visible, wanted, dot(direction, frames.axis[packet.foot[k]]), counted);
+    Lanes counted[Images];
+    count<Images>(packet, direction, visible, wanted, dot(direction, frames.axis[packet.foot[k]]), counted);
     const LaneMask first = to_lanes(packet.halves[k]);
-    for (int image = 0; image < images; ++image) {
-      total.all[image] += counted[image];
-      total.first_half[image] += first ? counted[image] : Lanes{};
+    for (int image = 0; image < Images; ++image) {
+      total[image] += counted[image];
+      first_half[image] += first ? counted[image] : Lanes{};
     }
   }
-  sums = total;
+  for (int image = 0; image < Images; ++image) {
+    sums.all[image] = total[image];
+    sums.first_half[image] = first_half[image];
+  }
+}
+
+template <int W>
+void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, PacketSums &sums,
+           int64_t &embree_cycles) {
+  switch (packet.counts) {
+  case OB_COUNTS_BENT:
+    return trace_images<W, images_of(OB_COUNTS_BENT)>(packet, group, frames, active, sums, embree_cycles);
+  case OB_COUNTS_LIGHT:
+    return trace_images<W, images_of(OB_COUNTS_LIGHT)>(packet, group, frames, active, sums, embree_cycles);
+  default:
+    return trace_images<W, images_of(OB_COUNTS_VISIBILITY)>(packet, group, frames, active, sums, embree_cycles);
+  }
 }
 
 } // namespace

@@ -183,7 +183,7 @@ private:
         continue;
       }
       float *own = job_.cells + job_.places.at(tile, group, lane).slot * count;
-      for (size_t at = static_cast<size_t>(lane); at < seen_.size(); at += kLanes) {
+      for (auto at = static_cast<size_t>(lane); at < seen_.size(); at += kLanes) {
         own[cells[at]] += seen_[at] * share;
       }
     }
@@ -323,6 +323,11 @@ int32_t trace(Job &job) {
   return cancelled(job.control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
 }
 
+bool usable(const ob_light &light) {
+  return light.radiance != nullptr && light.density != nullptr && light.rows != nullptr && light.columns != nullptr &&
+         light.size >= 1 && light.size <= 4096;
+}
+
 const char *complaint(const ob_trace_settings &settings) {
   if (settings.rays < 1 || settings.rays > kMostRays) {
     return "rays must be 1 to 1048576";
@@ -339,11 +344,8 @@ const char *complaint(const ob_trace_settings &settings) {
   if (settings.falloff != OB_FALLOFF_NONE && !std::isfinite(settings.distance)) {
     return "a falloff needs a finite distance";
   }
-  if (const ob_light *light = settings.light) {
-    if (light->radiance == nullptr || light->density == nullptr || light->rows == nullptr ||
-        light->columns == nullptr || light->size < 1 || light->size > 4096) {
-      return "a light without radiance, density, their sums, or of a size other than 1 to 4096";
-    }
+  if (settings.light != nullptr && !usable(*settings.light)) {
+    return "a light without radiance, density, their sums, or of a size other than 1 to 4096";
   }
   const int32_t width = settings.packet_width;
   if (width != 0 && width != 1 && width != 4 && width != 8 && width != 16) {

@@ -163,7 +163,7 @@ static void check_unit(const ob_map &map) {
 
 static void test_directions_are_unit() {
   for (const double exponent : {0.0, 1.0, 1000.0, 1e6, 1e30, 1e308}) {
-    check_unit({OB_SAMPLE_LOBE, OB_AXIS_NORMAL, exponent});
+    check_unit(map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, exponent));
   }
   check_unit(map_of(OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 10.0));
   check_unit(map_of(OB_SAMPLE_SPHERE, OB_AXIS_NORMAL, 10.0));
@@ -225,7 +225,7 @@ static void test_weights_have_mean_1() {
     for (const int32_t sampler : {OB_SAMPLE_HEMISPHERE, OB_SAMPLE_SPHERE}) {
       double sum = 0.0;
       double count = 0.0;
-      each_direction(fill({sampler, OB_AXIS_NORMAL, e}, 256, 0), [&](size_t, size_t, const Direction &d) {
+      each_direction(fill(map_of(sampler, OB_AXIS_NORMAL, e), 256, 0), [&](size_t, size_t, const Direction &d) {
         CHECK(d.weight >= 0.0 && (d.z > 0.0 || d.weight == 0.0));
         sum += d.weight;
         ++count;

@@ -1,0 +1,114 @@
+"""Which of an object's triangles let light through, and how: its materials' opacity, laid over it by its UV maps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..core.cutout import OPAQUE, Alpha, Cutout, Wrap, simplified
+from ..core.scene import Floats, Ints
+from .opacity import Field, Lookup, Opacity, opacity_of
+from .pictures import Pictures, Unread
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """What a material does to the light. alpha: None for an opaque one. lookup: None where it is the same all over."""
+
+    alpha: Alpha | None = None
+    lookup: Lookup | None = None
+
+
+class Opacities:
+    """The materials of one reading of a scene: each is followed once, each image read once, each picture made once.
+
+    override: a material that stands for all, as a view layer can have.
+    """
+
+    def __init__(self, override: bpy.types.Material | None = None) -> None:
+        self._override = override
+        self._pictures = Pictures()
+        self._covers: dict[str, Cover] = {}
+        self._alphas: dict[tuple[int, bool, Wrap], Alpha] = {}  # by the address of the values, which they keep
+
+    def of(self, material: bpy.types.Material | None, lines: list[str]) -> Cover:
+        """A material's cover. What there is to say of it is added to `lines` the first time."""
+        material = self._override or material
+        if material is None:
+            return Cover()
+        if material.name_full not in self._covers:
+            self._covers[material.name_full] = self._read(material, lines)
+        return self._covers[material.name_full]
+
+    def _read(self, material: bpy.types.Material, lines: list[str]) -> Cover:
+        try:
+            opacity = opacity_of(material, self._pictures)
+        except Unread as unread:
+            lines.append(f"{material.name}: {unread.what}; it blocks light as if opaque; {unread.cure}")
+            return Cover()
+        if opacity.note:
+            lines.append(f"{material.name}: {opacity.note}")
+        return Cover() if opacity.field.is_all(1.0) else self._cover(opacity.field)
+
+    def _cover(self, field: Field) -> Cover:
+        lookup = field.lookup
+        linear, wrap = (False, Wrap.EXTEND) if lookup is None else (lookup.linear, lookup.wrap)
+        key = (id(field.values), linear, wrap)
+        if key not in self._alphas:
+            self._alphas[key] = Alpha(field.values, linear, wrap)
+        alpha = self._alphas[key]
+        return Cover() if alpha.opaque else Cover(alpha, lookup)
+
+
+def cutout_of(
+    obj: bpy.types.Object, mesh: bpy.types.Mesh, corners: Ints, triangle_polygons: Ints, opacities: Opacities
+) -> tuple[Cutout | None, list[str]]:
+    """What cuts an evaluated object's mesh, None where nothing does, and lines on materials that are met first here and
+    not read as they are.
+
+    corners: (T, 3) int32 corners of the mesh, triangle_polygons: (T,) int32, as of its loop triangles. Whether an
+    object cuts is known from its materials alone; only then are its UVs read.
+    """
+    lines: list[str] = []
+    covers = [opacities.of(slot.material, lines) for slot in obj.material_slots]
+    if not len(corners) or all(cover.alpha is None for cover in covers):
+        return None, lines
+    slots = np.clip(_material_indices(mesh)[triangle_polygons], 0, len(covers) - 1)  # as Cycles takes those too high
+    alphas = list({id(cover.alpha): cover.alpha for cover in covers if cover.alpha is not None}.values())
+    numbers = {id(alpha): number for number, alpha in enumerate(alphas)}
+    table = np.array([numbers.get(id(cover.alpha), OPAQUE) for cover in covers], dtype=np.int32)
+    uv = np.zeros((*corners.shape, 2), dtype=np.float32)
+    for slot, cover in enumerate(covers):
+        if cover.lookup is not None:
+            here = slots == slot
+            uv[here] = _uv(mesh, cover.lookup, corners[here])
+    return simplified(Cutout(alphas, table[slots], uv)), lines
+
+
+def _material_indices(mesh: bpy.types.Mesh) -> Ints:
+    """(P,) int32: the polygons' material slots."""
+    indices = np.zeros(len(mesh.polygons), dtype=np.int32)
+    attribute = mesh.attributes.get("material_index")
+    if attribute is not None:
+        attribute.data.foreach_get("value", indices)
+    return indices
+
+
+def _uv(mesh: bpy.types.Mesh, lookup: Lookup, corners: Ints) -> Floats:
+    """(N, 3, 2) float32: where triangles' corners lie in a picture. On a map that is not there all lie at 0."""
+    layer = _layer(mesh, lookup.uv)
+    uv = np.zeros((len(mesh.loops), 2), dtype=np.float32)
+    if layer is not None:
+        layer.uv.foreach_get("vector", uv.reshape(-1))
+    matrix = np.array(lookup.matrix)
+    placed: Floats = (uv[corners] @ matrix[:, :2].T + matrix[:, 2]).astype(np.float32)
+    return placed
+
+
+def _layer(mesh: bpy.types.Mesh, name: str) -> Any:
+    if name:
+        return mesh.uv_layers.get(name)
+    return next((layer for layer in mesh.uv_layers if layer.active_render), None)

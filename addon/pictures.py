@@ -1,0 +1,114 @@
+"""Images' pixels as Cycles looks them up in a material, each read once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..core.scene import Floats
+
+_KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a movie", "VIEWER": "a render"}
+_LINEAR = ("Linear Rec.709", "Working Space")  # as the pixels are stored, where the scene's own space is not changed
+
+
+class Unread(Exception):
+    """Something of a material that is not read.
+
+    what: the cause, in words that fit after the material's name. cure: what the artist can do.
+    """
+
+    def __init__(self, what: str, cure: str) -> None:
+        super().__init__(what)
+        self.what, self.cure = what, cure
+
+
+class Pictures:
+    """What image nodes read, kept for the next material that uses the same image."""
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[str, str], Floats] = {}
+
+    def alpha(self, image: bpy.types.Image) -> Floats:
+        """(h, w) float32, row 0 at the top: what comes out of the socket Alpha. Raises Unread."""
+        return self._once(image, "alpha", _alpha)
+
+    def colour(self, image: bpy.types.Image, *, straight: bool) -> Floats:
+        """(h, w, 3) float32, row 0 at the top: what comes out of the socket Color, before `is_encoded` ones are decoded.
+
+        straight: the node's Alpha is used, too. Where it is not, Cycles multiplies an image's colours by its alpha,
+        unless they are plain data or the alpha is channel packed. Raises Unread.
+        """
+        kind = "straight" if straight else "colour"
+        return self._once(image, kind, _straight if straight else _associated)
+
+    def _once(self, image: bpy.types.Image, kind: str, read: Callable[[bpy.types.Image], Floats]) -> Floats:
+        key = (image.name_full, kind)
+        if key not in self._kept:
+            self._kept[key] = read(image)
+        return self._kept[key]
+
+
+def is_encoded(image: bpy.types.Image) -> bool:
+    """Whether an image's colours are sRGB bytes, which Cycles interpolates as they are and decodes then. Raises Unread
+    for another colour space."""
+    space = image.colorspace_settings
+    if image.is_float or space.is_data or space.name in _LINEAR:
+        return False
+    if space.name == "sRGB":
+        return True
+    raise Unread(
+        f"what reaches its alpha is the colour of {image.name} in {space.name}, which is not read",
+        "set the image's colour space to sRGB or Non-Color",
+    )
+
+
+def _alpha(image: bpy.types.Image) -> Floats:
+    if image.alpha_mode == "NONE" and _is_readable(image):
+        return np.ones((1, 1), dtype=np.float32)
+    pixels = _pixels(image)
+    if pixels.shape[2] != 4:
+        return np.ones((1, 1), dtype=np.float32)
+    return _sound(pixels[..., 3])
+
+
+def _straight(image: bpy.types.Image) -> Floats:
+    pixels = _pixels(image)
+    return _sound(np.broadcast_to(pixels[..., :1], (*pixels.shape[:2], 3)) if pixels.shape[2] < 3 else pixels[..., :3])
+
+
+def _associated(image: bpy.types.Image) -> Floats:
+    """As Blender 5.2's Cycles does. Earlier ones differ where both a colour with an alpha is used without it, and it is
+    premultiplied or float: they then multiply the former and not the latter."""
+    colour = _straight(image)
+    if image.alpha_mode != "STRAIGHT" or image.colorspace_settings.is_data:
+        return colour
+    return colour * _alpha(image)[..., np.newaxis]
+
+
+def _sound(values: Any) -> Floats:
+    """A contiguous copy with zeros for what is no number, as Cycles has it."""
+    return np.nan_to_num(np.array(values, dtype=np.float32), copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def _is_readable(image: bpy.types.Image) -> bool:
+    """True. Raises Unread for what is no single picture, or cannot be loaded."""
+    if image.source in _KINDS:
+        raise Unread(
+            f"what reaches its alpha is {image.name}, {_KINDS[image.source]}, which is not read",
+            "use a single image",
+        )
+    if 0 in image.size:
+        raise Unread(f"its image {image.name} cannot be loaded", "find the file (File > External Data)")
+    return True
+
+
+def _pixels(image: bpy.types.Image) -> Floats:
+    """(h, w, channels) float32, row 0 at the top. Raises Unread."""
+    _is_readable(image)
+    width, height = image.size
+    pixels = np.empty((height, width, image.channels), dtype=np.float32)
+    image.pixels.foreach_get(pixels.reshape(-1))
+    return pixels[::-1]
