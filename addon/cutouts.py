@@ -10,7 +10,8 @@ import numpy as np
 
 from ..core.cutout import OPAQUE, Alpha, Cutout, Wrap, simplified
 from ..core.scene import Floats, Ints
-from .opacity import Field, Lookup, Opacity, opacity_of
+from .fields import Field, Lookup
+from .opacity import opacity_of
 from .pictures import Pictures, Unread
 
 

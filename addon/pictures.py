@@ -14,6 +14,9 @@ _KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a mo
 _LINEAR = ("Linear Rec.709", "Working Space")  # as the pixels are stored, where the scene's own space is not changed
 
 
+CURE = "bake its opacity into an image, and use that"  # for most of it
+
+
 class Unread(Exception):
     """Something of a material that is not read.
 
@@ -36,7 +39,7 @@ class Pictures:
         return self._once(image, "alpha", _alpha)
 
     def colour(self, image: bpy.types.Image, *, straight: bool) -> Floats:
-        """(h, w, 3) float32, row 0 at the top: what comes out of the socket Color, before `is_encoded` ones are decoded.
+        """(h, w, 3) float32, row 0 at the top: what comes out of the socket Color, `is_encoded` ones not yet decoded.
 
         straight: the node's Alpha is used, too. Where it is not, Cycles multiplies an image's colours by its alpha,
         unless they are plain data or the alpha is channel packed. Raises Unread.

@@ -90,10 +90,12 @@ def _rotation(vector: bpy.types.NodeSocket) -> Doubles | None:
     if not vector.is_linked or _is_direction(vector):
         return np.eye(3)
     mapping = _source(vector, "MAPPING")
-    if mapping is None or any(mapping.inputs[name].is_linked for name in ("Location", "Rotation", "Scale")):
+    if mapping is None or not _is_direction(mapping.inputs["Vector"]):
         return None
-    moved = any(mapping.inputs["Location"].default_value) or tuple(mapping.inputs["Scale"].default_value) != (1, 1, 1)
-    if moved or not _is_direction(mapping.inputs["Vector"]):
+    others = [(mapping.inputs.get("Location"), (0, 0, 0)), (mapping.inputs["Scale"], (1, 1, 1))]  # no vector is moved
+    if any(socket and (socket.is_linked or tuple(socket.default_value) != idle) for socket, idle in others):
+        return None
+    if mapping.inputs["Rotation"].is_linked:
         return None
     matrix = np.array(Euler(mapping.inputs["Rotation"].default_value, "XYZ").to_matrix(), dtype=np.float64)
     return matrix.T if mapping.vector_type == "TEXTURE" else matrix

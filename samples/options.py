@@ -1,0 +1,105 @@
+"""What the options do, and what they cost: the picture and the table of docs/options.md.
+
+python -m occlusion_bake.samples.options [--rounds N] [--size N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import bpy
+import matplotlib as mpl
+import numpy as np
+
+mpl.use("Agg")
+from matplotlib import pyplot as plt
+
+from ..addon.extract import extract
+from ..addon.leave import run_and_leave
+from ..core.bake import Baked, Settings, bake
+from ..core.bent import Bent
+from ..core.codes import Code
+from ..core.coding import Coding
+from ..core.environment import from_function
+from ..core.estimators import AO, Falloff, light
+from ..core.scene import Doubles, Scene
+from .scenes import build
+
+PICTURE = Path(__file__).parent.parent / "docs" / "pictures" / "options.png"
+_SCENE, _TARGET, _REACH = "suzanne", "Suzanne", 1.0
+_FAR = {"distance": _REACH}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "AO": {},
+    "distance 1": _FAR,
+    "falloff linear": {**_FAR, "falloff": Falloff.LINEAR},
+    "falloff smooth": {**_FAR, "falloff": Falloff.SMOOTH},
+    "minimum distance 0.2": {**_FAR, "nearest": 0.2},
+    "spread 60 degrees": {"spread": 60.0},
+    "front faces only": {"front_only": True},
+    "bent normals": {"bent": Bent()},
+    "share of a sunset's light": {"estimators": (light(),)},
+    "code sh_3, 256 rays": {"coding": Coding(Code("sh", 3))},
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Bake each option, draw the picture, print the table."""
+    parser = argparse.ArgumentParser("python -m occlusion_bake.samples.options")
+    parser.add_argument("--rounds", type=int, default=3, help="how often each is timed (3)")
+    parser.add_argument("--size", type=int, default=512, help="texels a side (512)")
+    chosen = parser.parse_args(arguments)
+    build(_SCENE)
+    read = extract(bpy.context, bpy.context.view_layer, (_TARGET,), tangents=True)
+    scene = replace(read, environment=from_function(_sunset, 256))
+    times: dict[str, list[float]] = {name: [] for name in OPTIONS}
+    bakes: dict[str, Baked] = {}
+    for _ in range(chosen.rounds):  # in turns
+        for name, values in OPTIONS.items():
+            bakes[name] = _bake(scene, values, chosen.size)
+            times[name].append(sum(bakes[name].seconds.values()))
+    _draw(bakes)
+    _print(times)
+    return 0
+
+
+def _sunset(ways: Doubles) -> Doubles:
+    """Warm from one side, blue from above, nothing from below."""
+    sun = np.clip(ways @ np.array([0.8, 0.3, 0.52]), 0.0, 1.0) ** 64
+    sky = np.where(ways[:, 2] > 0.0, 0.3 + 0.4 * ways[:, 2], 0.0)
+    return 6.0 * sun[:, None] * [1.0, 0.6, 0.25] + sky[:, None] * [0.5, 0.7, 1.0]
+
+
+def _bake(scene: Scene, values: Mapping[str, Any], size: int) -> Baked:
+    settings = {"estimators": (AO,), "width": size, "height": size, "error": 1 / 255, **values}
+    (baked,) = bake(scene, Settings(**settings))
+    return baked
+
+
+def _draw(bakes: Mapping[str, Baked]) -> None:
+    figure, axes = plt.subplots(2, 5, figsize=(15, 6.4))
+    for axis, (name, baked) in zip(axes.flat, bakes.items(), strict=True):
+        values = list(baked.maps.values())[-1].values
+        if values.ndim == 3 and values.shape[2] > 3:  # a code: three of its numbers, about their middle
+            values = 0.5 + 0.35 * values[..., 1:4]
+        axis.imshow(np.clip(values, 0.0, 1.0), cmap="gray", vmin=0.0, vmax=1.0)
+        axis.set_title(name, fontsize=11)
+        axis.axis("off")
+    figure.tight_layout()
+    PICTURE.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(PICTURE, dpi=80)
+
+
+def _print(times: Mapping[str, Sequence[float]]) -> None:
+    plain = statistics.median(times["AO"])
+    print("| option | times AO alone |\n|---|---|")
+    for name, taken in times.items():
+        print(f"| {name} | {statistics.median(taken) / plain:.2f} |")
+
+
+if __name__ == "__main__":
+    run_and_leave(main)
