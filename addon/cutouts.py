@@ -57,9 +57,10 @@ class Opacities:
     def _cover(self, field: Field) -> Cover:
         lookup = field.lookup
         linear, wrap = (False, Wrap.EXTEND) if lookup is None else (lookup.linear, lookup.wrap)
-        key = (id(field.values), linear, wrap)
+        values = np.ascontiguousarray(field.values, dtype=np.float32)
+        key = (id(values), linear, wrap)
         if key not in self._alphas:
-            self._alphas[key] = Alpha(field.values, linear, wrap)
+            self._alphas[key] = Alpha(values, linear, wrap)
         alpha = self._alphas[key]
         return Cover() if alpha.opaque else Cover(alpha, lookup)
 

@@ -6,17 +6,19 @@ exporter's occlusion slot. What was linked there before goes through our nodes, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import bpy
 
 from .images import MARK
+from .rebuild_nodes import CODES, add_rebuild
 
 _LABEL = "Occlusion Bake"
 _SLOT, _MADE = "slot", "made"  # a material of ours: in a slot that was empty, or in one of its own
 _GLTF_GROUP, _GLTF_SOCKET = "glTF Material Output", "Occlusion"  # as Blender's exporter looks for them
 _SPECULAR = "Specular IOR Level"
+_SHARE = "RO over Horizon"
 
 
 def hook_up(
@@ -29,12 +31,15 @@ def hook_up(
 ) -> None:
     """Put baked images into each of the object's materials; again only exchanges the images.
 
-    images: by map; of several RO maps the first. uv: the UV map that they were baked onto, None for the active one. An
+    images: by map; of several RO maps the first, and before these a directional code of degree 3, which is right in
+    every view. uv: the UV map that they were baked onto, None for the active one. An
     object without materials gets one.
     """
     ao = images.get("ao")
     ro = next((image for name, image in images.items() if name.startswith("ro_")), None)
-    if not (preview or gltf) or (ao is None and ro is None):
+    codes = [image for name in CODES if (image := images.get(name)) is not None]
+    codes = codes if len(codes) == len(CODES) else []  # of files there is one for all, which no node reads
+    if not (preview or gltf) or (ao is None and ro is None and not codes):
         return
     if not any(slot.material for slot in obj.material_slots):
         _add_material(obj)
@@ -42,8 +47,11 @@ def hook_up(
         surface = next((node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"), None)
         if preview and ao is not None and surface is not None:
             _multiply_colour(tree, surface, _texture(tree, "ao", ao, uv, surface))
-        if preview and ro is not None and surface is not None:
-            _multiply_specular(tree, surface, _texture(tree, "ro", ro, uv, surface))
+        if preview and codes and surface is not None and obj.data.uv_layers:
+            place = uv or obj.data.uv_layers.active.name  # tangents are of a map by name
+            _multiply_specular(tree, surface, _rebuilt(tree, codes, place).outputs[_SHARE])
+        elif preview and ro is not None and surface is not None:
+            _multiply_specular(tree, surface, _texture(tree, "ro", ro, uv, surface).outputs["Color"])
         if gltf and ao is not None:
             _fill_gltf(tree, _texture(tree, "ao", ao, uv, surface))
 
@@ -129,13 +137,27 @@ def _multiply_colour(tree: Any, surface: Any, texture: Any) -> None:
     tree.links.new(texture.outputs["Color"], second)
 
 
-def _multiply_specular(tree: Any, surface: Any, texture: Any) -> None:
-    if _ours(tree, "ro multiply") or _SPECULAR not in surface.inputs:
-        return
-    product = _node(tree, "ShaderNodeMath", surface, (-300.0, -300.0), "ro multiply")
-    product.operation = "MULTIPLY"
-    _pass_through(tree, surface.inputs[_SPECULAR], product.inputs[0], product.outputs[0])
-    tree.links.new(texture.outputs["Color"], product.inputs[1])
+def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
+    """The node that rebuilds RO from a code, new where there is none; a bake goes into the same images."""
+    there = _ours(tree, "code")
+    if there is not None:
+        return there
+    before = set(tree.nodes)
+    node = add_rebuild(tree, images, uv)
+    for each in set(tree.nodes) - before:
+        each.label, each[MARK] = _LABEL, "code" if each == node else "code image"
+    return node
+
+
+def _multiply_specular(tree: Any, surface: Any, occlusion: Any) -> None:
+    """occlusion: the socket that gives it."""
+    product = _ours(tree, "ro multiply")
+    if product is None and _SPECULAR in surface.inputs:
+        product = _node(tree, "ShaderNodeMath", surface, (-300.0, -300.0), "ro multiply")
+        product.operation = "MULTIPLY"
+        _pass_through(tree, surface.inputs[_SPECULAR], product.inputs[0], product.outputs[0])
+    if product is not None:
+        tree.links.new(occlusion, product.inputs[1])
 
 
 def _pass_through(tree: Any, goal: Any, first: Any, out: Any) -> None:

@@ -93,7 +93,7 @@ def _associated(image: bpy.types.Image) -> Floats:
 
 def _sound(values: Any) -> Floats:
     """A contiguous copy with zeros for what is no number, as Cycles has it."""
-    return np.nan_to_num(np.array(values, dtype=np.float32), copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+    return np.nan_to_num(np.array(values, dtype=np.float32, order="C"), copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
 
 def _is_readable(image: bpy.types.Image) -> bool:

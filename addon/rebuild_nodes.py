@@ -19,6 +19,7 @@ from .images import MARK
 
 GROUP, LOBES = "Occlusion Bake RO", "Occlusion Bake lobes"
 IMAGES = 4  # of four numbers each
+CODES = tuple(f"sh_3_{number}" for number in range(IMAGES))  # what these are called among an object's
 _EXPONENT = 10.0
 # Colours that a Normal Map node takes for the axes of the tangent frame: 0.5 is 0.
 _TANGENT, _BITANGENT = (1.0, 0.5, 0.5, 1.0), (0.5, 1.0, 0.5, 1.0)

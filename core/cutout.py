@@ -36,12 +36,18 @@ class Alpha:
     """A picture of opacity.
 
     values: (h, w) float32, 0 clear to 1 opaque, row 0 at the top; (1, 1) for a constant. linear: interpolated between
-    the texels' middles, else the nearest texel's.
+    the texels' middles, else the nearest texel's. Raises InputError for values that are no picture or not from 0 to 1.
     """
 
     values: Floats
-    linear: bool = False
-    wrap: Wrap = Wrap.EXTEND
+    linear: bool = True
+    wrap: Wrap = Wrap.REPEAT
+
+    def __post_init__(self) -> None:
+        if self.values.ndim != 2 or self.values.size == 0:
+            raise InputError(f"opacity: values of shape {self.values.shape} are no picture; give (h, w)")
+        if not (self.values.min() >= 0.0 and self.values.max() <= 1.0):  # a NaN is neither
+            raise InputError("opacity: values are not from 0 to 1; give 0 for clear and 1 for opaque")
 
     @cached_property
     def opaque(self) -> bool:
@@ -71,25 +77,20 @@ class Cutout:
     """What cuts the triangles of one mesh.
 
     alpha: (T,) int32, which of `alphas` covers each triangle, OPAQUE for none. uv: (T, 3, 2) float32 per corner, v up;
-    those of the opaque ones mean nothing.
+    those of the opaque ones mean nothing. Raises InputError for arrays that do not fit one another.
     """
 
     alphas: Sequence[Alpha]
     alpha: Ints
     uv: Floats
 
-
-def check_cutout(name: str, cutout: Cutout, triangles: int) -> None:
-    """Refuse what a kernel could not follow, of a mesh with so many triangles. Raises InputError naming `name`."""
-    if cutout.alpha.shape != (triangles,) or cutout.uv.shape != (triangles, 3, 2):
-        raise InputError(f"{name}: its cutout does not fit its {triangles} triangles; read its materials again")
-    if triangles and not OPAQUE <= cutout.alpha.min() <= cutout.alpha.max() < len(cutout.alphas):
-        raise InputError(f"{name}: a triangle names an alpha that does not exist; read its materials again")
-    for alpha in cutout.alphas:
-        if alpha.values.ndim != 2 or alpha.values.size == 0:
-            raise InputError(f"{name}: an alpha of shape {alpha.values.shape} is no picture; give (h, w)")
-        if not (alpha.values.min() >= 0.0 and alpha.values.max() <= 1.0):  # a NaN is neither
-            raise InputError(f"{name}: an alpha has values that are not from 0 to 1; clip it")
+    def __post_init__(self) -> None:
+        if self.alpha.ndim != 1 or self.uv.shape != (len(self.alpha), 3, 2):
+            raise InputError(
+                f"cutout: UVs of shape {self.uv.shape} do not fit {len(self.alpha)} triangles; give (T, 3, 2)"
+            )
+        if len(self.alpha) and not OPAQUE <= self.alpha.min() <= self.alpha.max() < len(self.alphas):
+            raise InputError(f"cutout: a triangle names an alpha that does not exist; there are {len(self.alphas)}")
 
 
 def opacity(cutout: Cutout, triangle: Ints, weights: Floats) -> Floats:

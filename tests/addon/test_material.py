@@ -179,3 +179,26 @@ def test_blenders_gltf_exporter_finds_the_occlusion(make: Any, tmp_path: Path) -
     (exported,) = json.loads((tmp_path / "thing.gltf").read_text())["materials"]
     assert exported["occlusionTexture"]["index"] == 0
     assert "baseColorTexture" not in exported.get("pbrMetallicRoughness", {})
+
+
+def test_a_directional_code_goes_into_the_specular_level(
+    make: Any, set_panel: Any, press: Any, registered: None
+) -> None:
+    """And comes out again, with what was there before linked as it was."""
+    plane = make.plane("Coded")
+    material = bpy.data.materials.new("Plain")
+    material.use_nodes = True
+    plane.data.materials.append(material)
+    surface = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    surface.inputs["Specular IOR Level"].default_value = 0.3
+    before = len(material.node_tree.nodes)
+    set_panel(width=32, height=32, quality="RAYS", rays=4, use_code=True, code="SH", use_material=True)
+    for _ in range(2):
+        assert press("Coded") == {"FINISHED"}
+    (product,) = (link.from_node for link in surface.inputs["Specular IOR Level"].links)
+    assert product.inputs[0].default_value == pytest.approx(0.3)
+    assert product.inputs[1].links[0].from_socket.name == "RO over Horizon"
+    assert {f"Coded SH 3 {number}" for number in range(4)} <= {image.name for image in bpy.data.images}
+    bpy.ops.occlusion_bake.unhook()
+    assert len(material.node_tree.nodes) == before
+    assert surface.inputs["Specular IOR Level"].default_value == pytest.approx(0.3)

