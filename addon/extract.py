@@ -18,9 +18,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..core.cutout import Cutout
 from ..core.errors import InputError
 from ..core.ground import ground_below
 from ..core.scene import Camera, Doubles, Floats, Highs, Instance, Ints, Mesh, Scene, unit_normals
+from .cutouts import Opacities, cutout_of
 from .occluding import EVERYTHING, Occluding
 from .pairs import HighNames
 
@@ -269,13 +271,17 @@ def _select_only(before: Sequence[bpy.types.Object], after: Sequence[bpy.types.O
 # What is in the depsgraph
 
 
-_Entry = tuple[str, int, Doubles, str]  # name, address of the evaluated mesh, matrix, the object that it belongs to
+# Name, address of the evaluated mesh, matrix, the object that it belongs to, what of it lets light through.
+_Entry = tuple[str, int, Doubles, str, Cutout | None]
 
 
 @dataclass
 class _Found:
     """One walk over the instances: what occludes, where the targets are, and each distinct evaluated mesh once."""
 
+    opacities: Opacities
+    cutouts: dict[tuple[int, tuple[str, ...]], Cutout | None] = field(default_factory=dict)  # by mesh and materials
+    lines: list[str] = field(default_factory=list)  # on materials that are not read as they are
     meshes: dict[int, bpy.types.Mesh] = field(default_factory=dict)  # by address, as are the others
     occluders: list[_Entry] = field(default_factory=list)
     targets: dict[int, _Entry] = field(default_factory=dict)  # by the address of the original object
@@ -284,13 +290,15 @@ class _Found:
 
 def _read_scene(depsgraph: bpy.types.Depsgraph, wanted: _Wanted, occluding: Occluding, warn: Warn | None) -> Scene:
     found = _walk(depsgraph, wanted.addresses, occluding)
+    for line in found.lines if warn else ():
+        warn(line)  # type: ignore[misc]
     for name, what in found.unread.items() if warn else ():
         warn(f"{name}: its {what} not traced and block no light here; convert them to a mesh")  # type: ignore[misc]
     for obj in wanted.surfaces:
         if obj.as_pointer() not in found.targets:
             raise InputError(_absence(obj))
     baked = {found.targets[obj.as_pointer()][1] for obj in wanted.targets}
-    chosen = {key: name for name, key, _, _ in found.targets.values()}
+    chosen = {key: name for name, key, *_ in found.targets.values()}
     meshes = {
         key: _read_surface(mesh, chosen[key], wanted, unwrapped=key in baked) if key in chosen else _read_shape(mesh)
         for key, mesh in found.meshes.items()
@@ -333,13 +341,13 @@ def _absence(obj: bpy.types.Object) -> str:
 
 
 def _instance(entry: _Entry, meshes: dict[int, Mesh]) -> Instance:
-    name, key, matrix, owner = entry
-    return Instance(name, meshes[key], matrix, owner)
+    name, key, matrix, owner, cutout = entry
+    return Instance(name, meshes[key], matrix, owner, cutout)
 
 
 def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int], occluding: Occluding) -> _Found:
     """Visit every object as Cycles' sync does. Curves, text and metaballs come twice, once as the mesh they make."""
-    found = _Found()
+    found = _Found(Opacities(depsgraph.view_layer_eval.material_override))
     for instance in depsgraph.object_instances:
         obj, data = instance.object, instance.object.data
         owner = instance.parent if instance.is_instance else obj
@@ -353,10 +361,23 @@ def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int], occluding: Occludin
         found.meshes.setdefault(key, data)
         name = f"{instance.parent.name}/{obj.name}" if instance.is_instance else obj.name
         if casts:
-            found.occluders.append((name, key, matrix, owner.name))
+            found.occluders.append((name, key, matrix, owner.name, _cutout(obj, data, found)))
         if not instance.is_instance and address in targets:
-            found.targets[address] = (name, key, matrix, owner.name)
+            found.targets[address] = (name, key, matrix, owner.name, None)
     return found
+
+
+def _cutout(obj: bpy.types.Object, mesh: bpy.types.Mesh, found: _Found) -> Cutout | None:
+    """One for all that share mesh and materials, so that they share a tree."""
+    materials = tuple(slot.material.name_full if slot.material else "" for slot in obj.material_slots)
+    key = (mesh.as_pointer(), materials)
+    if key not in found.cutouts:
+        covers = [found.opacities.of(slot.material, found.lines) for slot in obj.material_slots]
+        found.cutouts[key] = None
+        if any(cover.alpha is not None for cover in covers):  # an opaque mesh is not looked at
+            corners = corners_of(mesh)
+            found.cutouts[key], _ = cutout_of(obj, mesh, corners, _polygons(mesh), found.opacities)
+    return found.cutouts[key]
 
 
 def _casts_shadow(instance: bpy.types.DepsgraphObjectInstance) -> bool:

@@ -50,7 +50,7 @@ def _from_image(world: bpy.types.World, size: int) -> Environment | None:
 
 def _from_cycles(scene: bpy.types.Scene, world: bpy.types.World, size: int) -> Environment:
     check_images(world)
-    side = min(max(4 * size, _LEAST), max(_MOST, size))
+    side = min(max(4 * size, _LEAST), _MOST)
     with passing_scene(scene, world) as passing:
         quarters = light_of_squares(passing, np.array([(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)]), side // 2)
         radiance = quarters.reshape(2, 2, side // 2, side // 2, 3).swapaxes(1, 2).reshape(side, side, 3)

@@ -63,8 +63,8 @@ def open_light(
     """The light that open surfaces get: ∫ L (e+1)/(2π) max(a·ω, 0)^e dω over the hemisphere of the normal.
 
     axes, normals: (N, 3) unit vectors, the same object where they are the same. exponent: e ≥ 0; 1 about the normal is
-    irradiance over π. threads 0: all. Returns (N, 3) float64; how exact it is, far_light.py tells. Many at a time are
-    faster: a million, about the normal, take a second.
+    irradiance over π. threads 0: all. Returns (N, 3) float64; far_light.py tells how exact it is. Many at a time are
+    faster, about the normal above all.
     """
     return environment.far_light.gathered(axes, normals, exponent, threads)
 

@@ -8,8 +8,8 @@ Lobes about the normal are a smooth function of it, but for the edges that a sun
 brightest points are summed for each, and the others come from a table.
 
 Measured, against sums over 512 × 512 points and more, in skies with and without a sun: about the normal within 2e-5 of
-the value for exponent 1, 2e-4 for 10, and from 100 on 2e-3 of it beside a sun; about other axes, which the horizon cuts,
-4e-3 at most and 8e-4 in the root mean square.
+the value for exponent 1, 2e-4 for 10, and from 100 on 2e-3 beside a sun; about other axes, which the horizon cuts, 4e-3
+at most and 8e-4 in the root mean square.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .octahedron import Reals, cell_of, octahedral
 from .scene import Doubles, Floats
 from .sphere_table import SphereTable
 
-_COARSEST, _FINEST = 64, 1024  # points along the map's side; about the normal, which a table makes cheap, twice as many
+_COARSEST, _FINEST = 64, 1024  # points along the map's side; twice as many about the normal, where a table is made
 _POINTS = 8.0  # along the map's side, times the root of the exponent
 _NARROWEST = 2e4  # narrower lobes are taken for this one: it is within half a degree
 _NOTHING = 1e-5  # of a lobe's height

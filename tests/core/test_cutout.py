@@ -1,4 +1,4 @@
-"""Opacity under a place of a triangle: exact at texels, the same as numpy's own padding beyond, opaque where it must."""
+"""Opacity at a place of a triangle: exact at texels, as numpy pads beyond them, and opaque where it must be."""
 
 from __future__ import annotations
 
@@ -149,7 +149,8 @@ def test_a_trunk_on_the_same_picture_as_its_leaves_is_opaque() -> None:
     """By where it lies in the picture: two texels from the nearest that is not, or in any of its repeats."""
     picture = alpha(np.repeat(HALVES, 8, axis=1), linear=True)  # 32 wide, opaque to 16
     trunk = np.array([(0.1, 0.1), (0.4, 0.1), (0.4, 0.9)])
-    found = simplified(cutout(picture, trunk, trunk + (0.2, 0.0), trunk + (0.5, 0.0), trunk + (-7.0, 5.0)))
+    shifts = np.array([(0.0, 0.0), (0.2, 0.0), (0.5, 0.0), (-7.0, 5.0)])
+    found = simplified(cutout(picture, *(trunk + shift for shift in shifts)))
     assert found is not None and found.alpha.tolist() == [OPAQUE, 0, 0, OPAQUE]
 
 
@@ -166,19 +167,19 @@ def test_what_lies_beyond_an_edge_counts(wrap: Wrap, expected: list[int]) -> Non
     """Triangles in the opaque half, across u = 0, in the next picture's first half, and in its second half."""
     picture = alpha(np.repeat(HALVES, 16, axis=1), wrap=wrap)
     triangle = np.array([(0.1, 0.3), (0.2, 0.3), (0.2, 0.6)])
-    shifts = [(0.0, 0.0), (-0.15, 0.0), (1.0, 0.0), (1.6, 0.0)]
+    shifts = np.array([(0.0, 0.0), (-0.15, 0.0), (1.0, 0.0), (1.6, 0.0)])
     found = simplified(cutout(picture, *(triangle + shift for shift in shifts)))
     assert found is not None and found.alpha.tolist() == expected
 
 
 @pytest.mark.parametrize("wrap", Wrap)
 @pytest.mark.parametrize("linear", [False, True])
-def test_what_is_marked_opaque_is_so_everywhere_and_little_else_is_left(linear: bool, wrap: Wrap) -> None:
+def test_what_is_marked_opaque_is_so_everywhere_and_hardly_more_is_left(linear: bool, wrap: Wrap) -> None:
     """Triangles of all sizes and places over spots: none that was marked has a point that is not opaque, and of those
-    left nearly all have a clear texel near their box."""
+    left each has a spot in its box or near it."""
     rng = np.random.default_rng(4)
     values = np.ones((24, 40), dtype=np.float32)
-    values[rng.integers(0, 24, 12), rng.integers(0, 40, 12)] = 0.5
+    values[rng.integers(0, 24, 5), rng.integers(0, 40, 5)] = 0.5
     middle, radius = rng.uniform(-1.5, 2.5, (1500, 1, 2)), 10.0 ** rng.uniform(-3.0, 0.3, (1500, 1, 1))
     mesh = cutout(alpha(values, linear, wrap), *(middle + radius * rng.uniform(-0.5, 0.5, (1500, 3, 2))))
     found = simplified(mesh)
@@ -193,4 +194,4 @@ def test_what_is_marked_opaque_is_so_everywhere_and_little_else_is_left(linear: 
     for i in np.flatnonzero(~marked)[:200]:
         box = low[i] - reach + grid * (high[i] - low[i] + 2 * reach)
         assert sampled(mesh.alphas[0], box).min() < 1.0
-    assert 0.05 < marked.mean() < 0.95
+    assert 0.02 < marked.mean() < 0.98
