@@ -38,10 +38,11 @@ class Lookup:
 @dataclass(frozen=True, eq=False)
 class Field:
     """What a socket carries over a surface. values: (h, w) float32, or (h, w, 3) for colours, row 0 at the top; of size
-    (1, 1) without a lookup."""
+    (1, 1) without a lookup. fine: it was made finer than its picture."""
 
     values: Floats
     lookup: Lookup | None = None
+    fine: bool = False
 
     def is_all(self, value: float) -> bool:
         """Whether it is this constant."""
@@ -66,13 +67,13 @@ def mapped(function: Callable[..., Any], *fields: Field) -> Field:
     lookups = {field.lookup for field in fields if field.lookup is not None}
     if len(lookups) > 1:
         raise Unread("what reaches its alpha is more than one image, which is not read", CURE)
-    most = max(len(field.values) for field in fields)
-    arrays = [_repeated(field, most).values for field in fields]
+    fine = any(field.fine for field in fields)
+    arrays = [(_finer(field) if fine else field).values for field in fields]
     if any(array.ndim == 3 for array in arrays):
         arrays = [array[..., np.newaxis] if array.ndim == 2 else array for array in arrays]
     with np.errstate(all="ignore"):
         values = np.nan_to_num(np.asarray(function(*arrays), dtype=np.float32), nan=0.0, posinf=0.0, neginf=0.0)
-    return Field(values, next(iter(lookups), None))
+    return Field(values, next(iter(lookups), None), fine)
 
 
 def bent(function: Callable[..., Any], *fields: Field) -> Field:
@@ -80,22 +81,16 @@ def bent(function: Callable[..., Any], *fields: Field) -> Field:
     return mapped(function, *(_finer(_unclipped(field)) for field in fields))
 
 
-def _repeated(field: Field, height: int) -> Field:
-    """As fine as the other field of the same picture."""
-    return field if field.lookup is None or len(field.values) == height else _finer(field)
-
-
 def _finer(field: Field) -> Field:
-    size = max(field.values.shape[:2])
-    times = min(_FINE // size, _FINEST) - 1 | 1
-    if field.lookup is None or not field.lookup.linear or times < 2:
+    times = min(_FINE // max(field.values.shape[:2]), _FINEST) - 1 | 1
+    if field.fine or field.lookup is None or not field.lookup.linear or times < 2:
         return field
     height, width = (times * n for n in field.values.shape[:2])
     v, u = np.meshgrid(1.0 - (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
     places = np.stack([u, v], axis=-1).reshape(-1, 2)
     layers = np.moveaxis(np.atleast_3d(field.values), 2, 0)
     finer = [sampled(Alpha(layer, True, field.lookup.wrap), places).reshape(height, width) for layer in layers]
-    return replace(field, values=finer[0] if field.values.ndim == 2 else np.stack(finer, axis=-1))
+    return replace(field, values=finer[0] if field.values.ndim == 2 else np.stack(finer, axis=-1), fine=True)
 
 
 def _unclipped(field: Field) -> Field:
@@ -129,6 +124,11 @@ def mix(factor: Field, first: Field, second: Field) -> Field:
 def decoded(values: NDArray[Any]) -> NDArray[Any]:
     """Linear values of sRGB's (IEC 61966-2-1)."""
     return np.where(values < 0.04045, values / 12.92, ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4)
+
+
+def divided(colours: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
+    """Colours without the alpha that they were multiplied by; those of no alpha stay."""
+    return np.where(alpha > 0.0, np.minimum(colours / alpha, 1.0), colours)
 
 
 def even(field: Field) -> Field:

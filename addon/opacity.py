@@ -15,9 +15,9 @@ from mathutils import Euler, Matrix
 
 from ..core.cutout import Wrap
 from ..core.scene import Floats
-from .fields import Field, Lookup, bent, clipped, constant, decoded, even, grey, mapped, mix
+from .fields import Field, Lookup, bent, clipped, constant, decoded, divided, even, grey, mapped, mix
 from .links import Feed, Path, feeding, unread
-from .pictures import Pictures, Unread, is_encoded
+from .pictures import Pictures, Unread, is_associated, is_encoded
 
 _IDENTITY = Matrix.Identity(4)
 
@@ -142,7 +142,9 @@ class _Reader:
         )
         if feed.output.name == "Alpha":
             return even(Field(self._pictures.alpha(node.image), lookup))
-        field = even(Field(self._pictures.colour(node.image, straight=node.outputs["Alpha"].is_linked), lookup))
+        field = even(Field(self._pictures.colour(node.image), lookup))
+        if is_associated(node.image) and node.outputs["Alpha"].is_linked:
+            field = bent(divided, field, even(Field(self._pictures.alpha(node.image), lookup)))
         return bent(decoded, field) if is_encoded(node.image) else field
 
     def _layout(self, socket: Any, path: Path) -> tuple[str, Matrix]:

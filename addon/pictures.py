@@ -38,20 +38,21 @@ class Pictures:
         """(h, w) float32, row 0 at the top: what comes out of the socket Alpha. Raises Unread."""
         return self._once(image, "alpha", _alpha)
 
-    def colour(self, image: bpy.types.Image, *, straight: bool) -> Floats:
-        """(h, w, 3) float32, row 0 at the top: what comes out of the socket Color, `is_encoded` ones not yet decoded.
-
-        straight: the node's Alpha is used, too. Where it is not, Cycles multiplies an image's colours by its alpha,
-        unless they are plain data or the alpha is channel packed. Raises Unread.
-        """
-        kind = "straight" if straight else "colour"
-        return self._once(image, kind, _straight if straight else _associated)
+    def colour(self, image: bpy.types.Image) -> Floats:
+        """(h, w, 3) float32, row 0 at the top: the colours as they are interpolated, `is_encoded` ones not yet decoded
+        and `is_associated` ones multiplied by their alpha. Raises Unread."""
+        return self._once(image, "colour", _colour)
 
     def _once(self, image: bpy.types.Image, kind: str, read: Callable[[bpy.types.Image], Floats]) -> Floats:
         key = (image.name_full, kind)
         if key not in self._kept:
             self._kept[key] = read(image)
         return self._kept[key]
+
+
+def is_associated(image: bpy.types.Image) -> bool:
+    """Whether Cycles holds an image's colours multiplied by its alpha, to divide them where the alpha is used, too."""
+    return image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
 
 
 def is_encoded(image: bpy.types.Image) -> bool:
@@ -77,18 +78,16 @@ def _alpha(image: bpy.types.Image) -> Floats:
     return _sound(pixels[..., 3])
 
 
-def _straight(image: bpy.types.Image) -> Floats:
+def _colour(image: bpy.types.Image) -> Floats:
+    """As Blender 5.2's Cycles. Earlier ones multiply premultiplied ones, and not those of floats."""
     pixels = _pixels(image)
-    return _sound(np.broadcast_to(pixels[..., :1], (*pixels.shape[:2], 3)) if pixels.shape[2] < 3 else pixels[..., :3])
-
-
-def _associated(image: bpy.types.Image) -> Floats:
-    """As Blender 5.2's Cycles does. Earlier ones differ where both a colour with an alpha is used without it, and it is
-    premultiplied or float: they then multiply the former and not the latter."""
-    colour = _straight(image)
-    if image.alpha_mode != "STRAIGHT" or image.colorspace_settings.is_data:
+    colour = _sound(pixels[..., :3] if pixels.shape[2] > 2 else np.repeat(pixels[..., :1], 3, axis=2))
+    if image.alpha_mode != "STRAIGHT" or not is_associated(image) or pixels.shape[2] != 4:
         return colour
-    return colour * _alpha(image)[..., np.newaxis]
+    colour *= _sound(pixels[..., 3:])
+    if not image.is_float:  # bytes again, rounded down
+        colour = np.floor(colour * np.float32(255.0) + np.float32(1e-3)) / np.float32(255.0)
+    return colour
 
 
 def _sound(values: Any) -> Floats:

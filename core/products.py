@@ -21,7 +21,7 @@ from .texels import surface_points
 
 BENT_NAME = "bent"
 RATIO, LIGHT = "ratio", "light"  # pictures of an estimator of light: the share that gets through, and the light itself
-_BAND = 1 << 16  # texels that are worked on at a time
+_BAND = 1 << 18  # texels that are worked on at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +92,7 @@ class Finisher:
             axes = normal
             if estimator.axis is Axis.REFLECTED:
                 axes = self._reflected(positions.reshape(-1, 3)[these].astype(np.float64), normal)
-            flat[these] = open_light(self.environment, axes, normal, estimator.exponent)
+            flat[these] = open_light(self.environment, axes, normal, estimator.exponent, threads=self.threads)
         return light
 
     def _reflected(self, position: Doubles, normal: Doubles) -> Doubles:
