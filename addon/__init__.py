@@ -37,6 +37,6 @@ def unregister() -> None:
 
 
 def _classes() -> list[Any]:
-    from . import menu, operators, panel, presets, settings
+    from . import engine, menu, operators, panel, presets, settings
 
-    return [each for module in (settings, operators, presets, panel, menu) for each in module.CLASSES]
+    return [each for module in (settings, operators, engine, presets, panel, menu) for each in module.CLASSES]

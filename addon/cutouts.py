@@ -75,7 +75,8 @@ def cutout_of(
     object cuts is known from its materials alone; only then are its UVs read.
     """
     lines: list[str] = []
-    covers = [opacities.of(slot.material, lines) for slot in obj.material_slots]
+    materials = [slot.material for slot in obj.material_slots] or [None]
+    covers = [opacities.of(material, lines) for material in materials]
     if not len(corners) or all(cover.alpha is None for cover in covers):
         return None, lines
     slots = np.clip(_material_indices(mesh)[triangle_polygons], 0, len(covers) - 1)  # as Cycles takes those too high

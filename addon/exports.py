@@ -32,8 +32,8 @@ class BentPicture:
 
 @dataclass(frozen=True)
 class Export:
-    """A preset. name: that of its page. ao: None where it stays in the file, for the glTF exporter. bent: None where the
-    engine has no place for them. packed: the channel of a packed image that AO belongs into."""
+    """A preset. name: that of its page. ao: None where it stays in the file, for the glTF exporter. bent: None where
+    the engine has no place for them. packed: the channel of a packed image that AO belongs into."""
 
     name: str
     label: str

@@ -9,6 +9,7 @@ from typing import ClassVar
 import bpy
 
 from .choice import chosen_occluders, is_ours
+from .engine import OCCLUSION_BAKE_OT_for_engine
 from .images import MARK
 from .job import BAKING, DONE, REFUSED, WAITING
 from .modal import percent, progress_words, queue, running
@@ -242,6 +243,7 @@ class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
+        layout.operator_menu_enum(OCCLUSION_BAKE_OT_for_engine.bl_idname, "engine", icon="EXPORT")
         layout.prop(chosen, "layout", text="Images Of")
         if chosen.layout == "ATLAS":
             layout.prop(chosen, "atlas")

@@ -70,7 +70,8 @@ def is_encoded(image: bpy.types.Image) -> bool:
 
 
 def _alpha(image: bpy.types.Image) -> Floats:
-    if image.alpha_mode == "NONE" and _is_readable(image):
+    _check_single(image)
+    if image.alpha_mode == "NONE":
         return np.ones((1, 1), dtype=np.float32)
     pixels = _pixels(image)
     if pixels.shape[2] != 4:
@@ -95,8 +96,8 @@ def _sound(values: Any) -> Floats:
     return np.nan_to_num(np.array(values, dtype=np.float32, order="C"), copy=False, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def _is_readable(image: bpy.types.Image) -> bool:
-    """True. Raises Unread for what is no single picture, or cannot be loaded."""
+def _check_single(image: bpy.types.Image) -> None:
+    """Raises Unread for what is no single picture, or cannot be loaded."""
     if image.source in _KINDS:
         raise Unread(
             f"what reaches its alpha is {image.name}, {_KINDS[image.source]}, which is not read",
@@ -104,12 +105,11 @@ def _is_readable(image: bpy.types.Image) -> bool:
         )
     if 0 in image.size:
         raise Unread(f"its image {image.name} cannot be loaded", "find the file (File > External Data)")
-    return True
 
 
 def _pixels(image: bpy.types.Image) -> Floats:
     """(h, w, channels) float32, row 0 at the top. Raises Unread."""
-    _is_readable(image)
+    _check_single(image)
     width, height = image.size
     pixels = np.empty((height, width, image.channels), dtype=np.float32)
     image.pixels.foreach_get(pixels.reshape(-1))

@@ -395,9 +395,9 @@ def test_a_slot_of_the_object_comes_before_the_meshs(make: Any) -> None:
 def test_a_material_can_stand_for_all(make: Any) -> None:
     """As Cycles has it where the view layer says so; also on an object without a slot."""
     override = Tree("override").principled(0.25)
-    obj = card(make, Tree("shut").principled(1.0))
-    found, _ = read(obj, Opacities(override))
-    assert found is not None and found.alphas[0].values.tolist() == [[0.25]]
+    for obj in (card(make, Tree("shut").principled(1.0)), card(make, name="Bare")):
+        found, _ = read(obj, Opacities(override))
+        assert found is not None and found.alphas[0].values.tolist() == [[0.25]]
 
 
 def test_an_object_without_materials_is_opaque(make: Any) -> None:
