@@ -57,7 +57,10 @@ def compare_with_cycles(
     captions = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
     write_image(path, picture(ours.values, cycles.values, mask, captions), depth=8)
     entry = comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
-    return {**entry, "reasons": reasons_to_differ(ours.values[mask], samples, other, counting, _of_our_own(settings))}
+    return {
+        **entry,
+        "reasons": reasons_to_differ(target.name, ours.values[mask], samples, other, counting, _of_our_own(settings)),
+    }
 
 
 def _of_our_own(settings: Settings) -> list[str]:

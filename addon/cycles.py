@@ -101,6 +101,7 @@ def _match(
     borrow(stack, cycles, use_adaptive_sampling=False, time_limit=0.0, use_layer_samples="IGNORE")
     borrow(stack, cycles, sample_offset=0, use_sample_subset=False, use_pixel_jitter=True)
     borrow(stack, cycles, auto_scrambling_distance=False, scrambling_distance=1.0)
+    borrow(stack, cycles, transparent_max_bounces=1024)  # ours goes through any number of cut layers
 
 
 def _choose_cycles(stack: ExitStack, scene: bpy.types.Scene, name: str) -> None:

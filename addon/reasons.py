@@ -12,9 +12,14 @@ from .cutouts import Opacities
 
 
 def reasons_to_differ(
-    values: Floats, samples: int, other_owner: int, occluders: Collection[str], of_our_own: Collection[str] = ()
+    target: str,
+    values: Floats,
+    samples: int,
+    other_owner: int,
+    occluders: Collection[str],
+    of_our_own: Collection[str] = (),
 ) -> list[str]:
-    """A line for each. values: (N,) float32, our AO of the compared texels. other_owner: texels that Cycles gives to
+    """A line for each. target: the baked object. values: (N,) float32, our AO of the compared texels. other_owner: texels that Cycles gives to
     another triangle. occluders: names of the objects that block light. of_our_own: settings that Cycles lacks."""
     noise = float(np.sqrt(np.mean(values * (1.0 - values), dtype=np.float64) / samples))
     lines = [f"Noise: Cycles' {samples} samples alone may make an RMSE of up to {noise:.4f}"]
@@ -29,6 +34,8 @@ def reasons_to_differ(
     opacities = Opacities()
     for material in _materials(occluders):
         opacities.of(material, lines)
+    if any(opacities.of(material, []).alpha is not None for material in _materials([target])):
+        lines.append("Transparency: Cycles multiplies AO by the surface's own opacity, which is baked as opaque here")
     return lines
 
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from . import kernel_api as api
 from .embree import Device
+from .errors import InputError
 from .estimators import Estimator, Falloff
 from .scene import Camera, Doubles, Floats, Ints, Placed
 
@@ -46,7 +47,7 @@ class Geometry:
     ) -> None:
         self.device = device
         self.handle = c_void_p()
-        mesh = (*_mesh(vertices, triangles), *_through(through))
+        mesh = (*_mesh(vertices, triangles), *_through(through, len(triangles)))
         status = api.library().ob_mesh_build(device.handle, *mesh, pointer_to(control), byref(self.handle))
         api.check(status)
         api.release_with(self, "ob_mesh_free", self.handle)
@@ -66,7 +67,8 @@ class TraceScene:
         """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32. Returns their number in it, -1 for none."""
         if not len(triangles):
             return -1
-        api.check(api.library().ob_scene_add_triangles(self.handle, *_mesh(vertices, triangles), *_through(through)))
+        mesh = (*_mesh(vertices, triangles), *_through(through, len(triangles)))
+        api.check(api.library().ob_scene_add_triangles(self.handle, *mesh))
         self._count += 1
         return self._count - 1
 
@@ -315,11 +317,13 @@ def _mesh(vertices: Floats, triangles: Ints) -> tuple[int | None, int, int | Non
     return api.address(vertices, np.float32), len(vertices), api.address(triangles, np.int32), len(triangles)
 
 
-def _through(through: Through) -> tuple[Any, int]:
-    """As the kernel takes it, and copies it."""
+def _through(through: Through, triangles: int) -> tuple[Any, int]:
+    """As the kernel takes it, and copies it. Raises InputError for a cutout of another mesh."""
     cutout = through.cutout
     if cutout is None:
         return None, int(through.front_only)
+    if len(cutout.alpha) != triangles:
+        raise InputError(f"a cutout of {len(cutout.alpha)} triangles is laid over a mesh of {triangles}; make it anew")
     alphas = (api.Alpha * len(cutout.alphas))(
         *(
             api.Alpha(api.address(each.values, np.float32), *each.values.shape[::-1], int(each.linear), int(each.wrap))

@@ -98,6 +98,13 @@ def test_what_is_known_to_differ_is_told(make: Any, tmp_path: Path) -> None:
     floor.data.materials.append(bpy.data.materials.new("Wood"))
     lines = compared("Floor", tmp_path / "picture.png", samples=4)["reasons"]
     assert any(line.startswith("Glass: ") and "as if opaque" in line for line in lines)
+    assert not any(line.startswith("Transparency: ") for line in lines)
+    wood = bpy.data.materials["Wood"]
+    if bpy.app.version < (5, 0):
+        wood.use_nodes = True
+    wood.node_tree.nodes["Principled BSDF"].inputs["Alpha"].default_value = 0.5
+    own = compared("Floor", tmp_path / "picture.png", samples=4)["reasons"]
+    assert any(line.startswith("Transparency: ") for line in own)
     (noise,) = (float(line.split()[-1]) for line in lines if line.startswith("Noise: "))
     entry = compared("Floor", tmp_path / "picture.png", samples=4, distance=1e-3)  # nothing within reach but the edge
     assert 0.0 < noise <= 0.25 and entry["reasons"][0].startswith("Noise: ")

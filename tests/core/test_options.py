@@ -157,3 +157,9 @@ def test_an_occluder_behind_another_is_met_through_its_hole(shapes: Any) -> None
     solid = shapes.instance(shapes.plane(4096.0, 2 * HEIGHT, name="solid"))
     (baked,) = bake(replace(scene, occluders=[*scene.occluders, solid]), Settings(width=8, height=8, rays=64))
     assert baked.maps["ao"].mean == pytest.approx(0.0, abs=2e-3)
+
+
+def test_a_cutout_of_another_mesh_is_refused(shapes: Any, bake_one: Any) -> None:
+    wrong = replace(checker(np.zeros((1, 1))), alpha=np.zeros(3, dtype=np.int32), uv=np.zeros((3, 3, 2), np.float32))
+    with pytest.raises(InputError, match="a cutout of 3 triangles is laid over a mesh of 2"):
+        bake_one(cut_scene(shapes, wrong))
