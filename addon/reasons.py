@@ -19,8 +19,9 @@ def reasons_to_differ(
     occluders: Collection[str],
     of_our_own: Collection[str] = (),
 ) -> list[str]:
-    """A line for each. target: the baked object. values: (N,) float32, our AO of the compared texels. other_owner: texels that Cycles gives to
-    another triangle. occluders: names of the objects that block light. of_our_own: settings that Cycles lacks."""
+    """A line for each. target: the baked object. values: (N,) float32, our AO of the compared texels. other_owner:
+    texels that Cycles gives to another triangle. occluders: names of the objects that block light. of_our_own: settings
+    that Cycles lacks."""
     noise = float(np.sqrt(np.mean(values * (1.0 - values), dtype=np.float64) / samples))
     lines = [f"Noise: Cycles' {samples} samples alone may make an RMSE of up to {noise:.4f}"]
     if other_owner:
