@@ -60,7 +60,7 @@ class _Triangles:
         count = len(mesh.loop_triangles)
         vertices, matrix = _read(mesh.vertices, "co", len(mesh.vertices), 3), np.array(obj.matrix_world)
         self.corners = (vertices @ matrix[:3, :3].T + matrix[:3, 3])[_read_ints(mesh, "vertices", count)]
-        layer = mesh.uv_layers.active
+        layer = mesh.uv_layers.get("Occlusion Bake") or mesh.uv_layers.active
         self.uv = _read(layer.uv, "vector", len(mesh.loops), 2)[_read_ints(mesh, "loops", count)]
         width, height = image.size
         self.image = np.array(image.pixels[:], dtype=np.float64).reshape(height, width, 4)[..., 0]
