@@ -10,10 +10,10 @@ import bpy
 import numpy as np
 
 from ..core.bake import Baked, Settings
-from ..core.images import dithered
+from ..core.images import dithered, write_image
 from ..core.products import BakedMap
+from ..core.report import image_metadata
 from ..core.scene import Floats
-from .files import write_map
 from .layers import pictures
 
 MARK = "occlusion_bake"  # on an image of ours: "object/map"
@@ -46,11 +46,15 @@ def store_tiles(bakes: Sequence[Baked], settings: Settings) -> dict[str, bpy.typ
     owner, images = bakes[0].name, {}
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
         for name in bakes[0].maps:
-            paths = [Path(folder, f"{name}.{baked.tile}.exr") for baked in bakes]
-            for baked, path in zip(bakes, paths, strict=True):
-                write_map(path, baked, name, settings, depth=32, dither=False)
-            images[name] = _loaded(owner, name, paths[0], bakes[0].tile)
-            images[name].pack()
+            told = [image_metadata(baked, name, settings) for baked in bakes]
+            tiles = [dict(pictures(name, baked.maps[name])) for baked in bakes]
+            for part in tiles[0]:
+                paths = [Path(folder, f"{part}.{baked.tile}.exr") for baked in bakes]
+                for baked, parts, metadata, path in zip(bakes, tiles, told, paths, strict=True):
+                    coverage = baked.maps[name].coverage
+                    write_image(path, parts[part], depth=32, coverage=coverage, metadata=metadata)
+                images[part] = _loaded(owner, part, paths[0], bakes[0].tile)
+                images[part].pack()
     return images
 
 

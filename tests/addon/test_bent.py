@@ -115,3 +115,20 @@ def test_faces_without_tangents_are_refused_in_a_line(
     set_panel(bent_space="OBJECT")
     assert press("Hexagon") == {"FINISHED"}
     np.testing.assert_allclose(pixels("Hexagon Bent")[SIZE // 2, SIZE // 2, :3], (0.5, 0.5, 1.0), atol=0.02)
+
+
+def test_tiles_of_a_layout_have_every_map(
+    registered: None, set_panel: Callable[..., Any], press: Callable[..., set[str]], make: Any
+) -> None:
+    """A code as its pictures, as where there is one tile."""
+    square = np.array([(0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9)])
+    corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=float)
+    vertices = np.concatenate([corners, np.add(corners, (4, 0, 0))]).tolist()
+    make.mesh("Strip", vertices, (range(4), range(4, 8)), np.concatenate([square, np.add(square, (1, 0))]))
+    set_panel(**PANEL, use_bent=True, bent_space="TANGENT", use_code=True, code="SH", code_degree=3, output="PACKED")
+    assert press("Strip") == {"FINISHED"}
+    names = ["Strip AO", "Strip Bent", *(f"Strip SH 3 {number}" for number in range(4))]
+    for name in names:
+        image = bpy.data.images[name]
+        assert image.source == "TILED" and tuple(image.size) == (SIZE, SIZE)
+        assert [tile.number for tile in image.tiles] == [1001, 1002]
