@@ -1,6 +1,6 @@
 """`make study`: how the estimators converge, measured, drawn and written down in README.md beside this file.
 
-python -m occlusion_bake.samples.study [convergence|running|pictures|page ...] [--folder DIR]
+python -m occlusion_bake.samples.study [convergence|running|light|pictures|page ...] [--folder DIR]
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ...addon.leave import run_and_leave
 from ...core.errors import InputError
-from . import convergence, curves, page, pictures, running
+from . import convergence, curves, light, page, pictures, running
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -39,6 +39,10 @@ def _running(folder: Path) -> None:
     running.draw(folder)
 
 
+def _light(folder: Path) -> None:
+    light.draw(folder)
+
+
 def _pictures(folder: Path) -> None:
     pictures.draw_open(folder)
     pictures.draw_reflections(folder)
@@ -55,6 +59,7 @@ def _page(folder: Path) -> None:
 PARTS: dict[str, Callable[[Path], None]] = {
     "convergence": _convergence,
     "running": _running,
+    "light": _light,
     "pictures": _pictures,
     "page": _page,
 }

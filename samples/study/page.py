@@ -28,7 +28,7 @@ def page(curves: Sequence[Curve]) -> str:
         _seen(found),
         _all(found),
     )
-    return "\n\n".join(_wrapped(part) for part in (*parts, _again())) + "\n"
+    return "\n\n".join(_wrapped(part) for part in (*parts, _light(), _again())) + "\n"
 
 
 def _integrals() -> str:
@@ -224,14 +224,30 @@ def _row(found: Figures, random: Curve) -> str:
     return head + measured + f"| {random.at(64):.4f} | {shipped.at(64):.4f} |"
 
 
+def _light() -> str:
+    return """## Light that is not the same from all sides
+
+With light L(ω) the integral is ∫ V L f dω, and the best density would be as V L f. Two are at hand: the lobe f, and
+the light itself. Each is good where it has the peak and the other has not, and useless the other way round: a
+cosine's rays meet a small sun one time in thousands, and a sky's rays meet a narrow lobe as seldom. Half of each,
+weighted by the balance heuristic (Veach & Guibas 1995), stays within three times of the better one beside the wall,
+in both cases.
+
+![Errors by rays from the lobe, from the light, and from both](convergence_light.png)
+
+In the open the lobe's rays under a smooth sky have little left to vary, and half of each is some fifty times worse
+at 1024 rays. A bake therefore tells the share of light that gets through, a ratio of two sums over the same rays:
+in the open it is 1 exactly, whatever the rays ([light.py](light.py))."""
+
+
 def _again() -> str:
     return """## Again
 
     make study
 
 measures, draws and writes this page anew, in a few minutes on two cores. The parts run alone, too, in this order:
-`python -m occlusion_bake.samples.study convergence` (study.csv and its plots), `running`, `pictures` (needs Blender
-as a module), `page`. The seeds are fixed."""
+`python -m occlusion_bake.samples.study convergence` (study.csv and its plots), `running`, `light`, `pictures` (needs
+Blender as a module), `page`. The seeds are fixed."""
 
 
 def _wrapped(text: str) -> str:

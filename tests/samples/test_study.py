@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from occlusion_bake.core.estimators import Sampler, open_horizon
 from occlusion_bake.samples.study import cases as study_cases
-from occlusion_bake.samples.study import convergence
+from occlusion_bake.samples.study import convergence, light
 from occlusion_bake.samples.study.cases import DISTANCE, EDGE, EXPONENTS, HEIGHT, TILT, Case, cases, lobe_seen
 from occlusion_bake.samples.study.naive import one_ray_estimates
 from occlusion_bake.samples.study.page import page
@@ -90,3 +90,12 @@ def test_the_page_says_what_the_table_says() -> None:
 def test_measuring_needs_no_blender() -> None:
     code = "import sys, occlusion_bake.samples.study.__main__; sys.exit('bpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_rays_from_both_light_and_lobe_fail_in_no_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where one of the two is useless, half of each stays near the other."""
+    monkeypatch.setattr(light, "RAYS", (64,))
+    for case in light.cases()[:2]:
+        found = {way: values[0] for way, values in light.errors(case).items()}
+        best, worst = min(found.values()), max(found.values())
+        assert worst > 30 * best and found["half of each"] < 3 * best
