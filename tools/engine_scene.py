@@ -27,7 +27,7 @@ def make_glb(path: Path) -> Occlusion:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.mesh.primitive_plane_add(size=4.0)
     bpy.context.object.name = FLOOR
-    bpy.ops.mesh.primitive_monkey_add(location=(0.0, 0.0, 0.85))
+    bpy.ops.mesh.primitive_monkey_add(location=(0.0, 0.0, 0.98))
     bpy.context.object.name = HEAD
     bpy.ops.object.shade_smooth()
     _bake(FLOOR, uv="ACTIVE")
@@ -47,7 +47,7 @@ def _bake(name: str, **panel: str) -> None:
     bpy.data.objects[name].select_set(True)
     bpy.context.view_layer.objects.active = bpy.data.objects[name]
     if bpy.ops.occlusion_bake.bake() != {"FINISHED"}:
-        raise SystemExit(f"FAILED: {name} was not baked")
+        raise RuntimeError(f"{name} was not baked")
 
 
 class _Triangles:

@@ -14,6 +14,7 @@ import shutil
 import struct
 import subprocess
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NoReturn
@@ -29,7 +30,7 @@ CHROMIUMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-sta
 NAMES = ("the floor, on UV map 0", "the head, on UV map 1")
 
 SAMPLES = 4000  # pixels that are compared
-TOLERANCE = 1.0 / 255.0  # the exporter's 8 bits are half of it, the seams of charts the rest
+TOLERANCE = 1.0 / 255.0  # Blender's exporter makes 8 bits of our floats, a texel off by up to a step
 DARK, OPEN = 0.5, 0.95  # there must be darker and lighter pixels than these, or nothing was shown
 TIMEOUT = 300
 
@@ -156,11 +157,13 @@ def main_and_leave() -> NoReturn:
     """With Blender in it a process cannot end in the ordinary way."""
     from occlusion_bake.addon.leave import leave
 
+    status = 1
     try:
         status = main(sys.argv[1:])
     except Failed as failure:
         print(f"FAILED: {failure}", file=sys.stderr)
-        status = 1
+    except Exception:
+        traceback.print_exc()
     leave(status)
 
 

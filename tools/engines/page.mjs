@@ -11,8 +11,8 @@ const AMBIENT = Math.PI; // of a white surface comes 1
 const scene = new THREE.Scene();
 scene.add(new THREE.AmbientLight(0xffffff, AMBIENT));
 const camera = new THREE.PerspectiveCamera(38, WIDTH / HEIGHT, 0.1, 100);
-camera.position.set(2.6, 2.5, 4.2);
-camera.lookAt(0, 0.65, 0);
+camera.position.set(3.0, 3.1, 5.6);
+camera.lookAt(0, 0.6, 0);
 
 async function load(url) {
   const file = await new GLTFLoader().loadAsync(url);
