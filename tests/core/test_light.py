@@ -86,33 +86,6 @@ def test_a_white_sky_gives_ao_and_ro(shapes: Any, bake_one: Any) -> None:
     assert maps["light_10_ratio"].mean == pytest.approx(maps["ro_10"].mean, abs=3e-3)
 
 
-def spread(scene: Scene, bake_one: Any, share: float, exponent: float | None, exact: float) -> float:
-    estimator = sampled(share, exponent)
-    ratio = bake_one(scene, estimators=(estimator,), rays=64, size=32).maps[f"{estimator.name}_ratio"]
-    return float(np.sqrt(np.mean((ratio.values[ratio.covered] - exact) ** 2)))
-
-
-def test_each_way_to_draw_rays_has_its_case_and_both_together_fail_in_none(shapes: Any, bake_one: Any) -> None:
-    """A small bright light is found by its own rays, a narrow lobe under a smooth sky by the lobe's."""
-
-    def sun(ways: np.ndarray) -> np.ndarray:
-        level = 0.2 + 400.0 * (ways @ np.array([0.3, 0.2, 0.93]) / np.linalg.norm([0.3, 0.2, 0.93]) > 0.999)
-        return np.repeat(level[:, None], 3, axis=1)
-
-    cases = ((from_function(sun, 256), None), (sky(0.3), 200.0))
-    errors = {}
-    for index, (environment, exponent) in enumerate(cases):
-        shifted = shapes.quad((0.05, -FAR, -1), (0, 2 * FAR, 0), (0, 0, FAR), name="wall")
-        scene = lit(shapes.scene(shapes.patch(), shapes.sphere((0, 0, 3), 0.6, 64), shifted), environment)
-        truth = bake_one(scene, estimators=(sampled(0.5, exponent),), rays=16384, size=8, seed=3)
-        exact = truth.maps[f"{light(exponent).name}_ratio"].mean
-        errors[index] = [spread(scene, bake_one, share, exponent, exact) for share in SHARES]
-    assert errors[0][0] < 0.5 * errors[0][2]  # the light's rays find the sun
-    assert errors[1][2] < 0.5 * errors[1][0]  # the lobe's rays fit the lobe
-    for each in errors.values():
-        assert each[1] < 2.0 * min(each) + 1e-3
-
-
 def test_light_without_a_world_is_refused(shapes: Any, bake_one: Any) -> None:
     with pytest.raises(InputError, match="no World to take light from"):
         bake_one(shapes.scene(shapes.patch()), estimators=(light(),))
