@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ..core.bake import Settings
-from ..core.bent import Bent, Space, space_of
+from ..core.bent import Bent, Space
 from ..core.codes import Code
 from ..core.coding import FEWEST_RAYS, Coding
 from ..core.errors import InputError
@@ -184,7 +184,7 @@ def _made_settings(options: Any) -> Settings:
 def _bent(options: Any) -> Bent | None:
     if "bent" not in options.maps:
         return None
-    return Bent(space_of(options.bent_space), options.bent_y == "down", options.bent_alpha)
+    return Bent(Space(options.bent_space), options.bent_y == "down", options.bent_alpha)
 
 
 def _code(text: str) -> Code:

@@ -22,6 +22,15 @@ from ..core.scene import Floats, Instance
 from .extract import bake_override, borrow, object_mode, passing_object, silenced, synced
 
 UNLIMITED = 1e20  # farther than any scene; Cycles takes 0 for all open, and has no setting for none
+# How the bake operator fills an image of ours: its active one, as it is, no margin.
+INTO_IMAGE: Any = {
+    "target": "IMAGE_TEXTURES",
+    "save_mode": "INTERNAL",
+    "margin": 0,
+    "use_clear": False,
+    "use_selected_to_active": False,
+    "use_split_materials": False,
+}
 UNTOUCHED = -1.0  # no occlusion value: what a texel still holds that Cycles did not bake
 
 
@@ -119,12 +128,7 @@ def _bake(obj: bpy.types.Object, uv: str | None) -> float:
     try:
         outcome = bpy.ops.object.bake(
             type="AO",
-            target="IMAGE_TEXTURES",
-            save_mode="INTERNAL",
-            margin=0,
-            use_clear=False,
-            use_selected_to_active=False,
-            use_split_materials=False,
+            **INTO_IMAGE,
             uv_layer=uv or "",
         )
     except RuntimeError as error:
@@ -203,13 +207,13 @@ def _materials(obj: bpy.types.Object, image: bpy.types.Image) -> Iterator[None]:
         for slot in obj.material_slots:
             key = slot.material.name_full if slot.material else ""
             if key not in made:
-                made[key] = _with_texture(slot.material, image)
+                made[key] = with_texture(slot.material, image)
             borrow(stack, slot, link="OBJECT")
             borrow(stack, slot, material=made[key])
         yield
 
 
-def _with_texture(material: bpy.types.Material | None, image: bpy.types.Image) -> bpy.types.Material:
+def with_texture(material: bpy.types.Material | None, image: bpy.types.Image) -> bpy.types.Material:
     """A local copy of the material, or a plain one where there are no nodes, with the image active in its tree."""
     if material is None or not _has_nodes(material):
         copy = bpy.data.materials.new("Occlusion Bake")

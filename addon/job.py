@@ -12,7 +12,6 @@ import bpy
 
 from ..core.atlas import Atlas
 from ..core.bake import Baked, Baker, Settings
-from ..core.bent import Space
 from ..core.clock import timed
 from ..core.corners import with_corner_cells
 from ..core.errors import InputError
@@ -225,7 +224,7 @@ def _read(context: bpy.types.Context, names: Sequence[str], options: Options, ou
             *(context, context.view_layer, these, uv),
             occluding=options.occluding,
             highs=options.highs,
-            tangents=_needs_tangents(options.settings),
+            tangents=options.settings.needs_tangents,
             warn=warn,
         )
 
@@ -245,11 +244,6 @@ def _read(context: bpy.types.Context, names: Sequence[str], options: Options, ou
     if not readable:
         raise InputError(outcome.complaint(len(names)))
     return read(readable, outcome.notes.append)
-
-
-def _needs_tangents(settings: Settings) -> bool:
-    bent = settings.bent
-    return settings.coding is not None or (bent is not None and bent.space is Space.TANGENT)
 
 
 def _corner_baker(

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..core.bake import Settings
-from ..core.codes import Code, channel_names, ranges, to_images
+from ..core.codes import Code, channel_names, in_fours, ranges, to_images
 from ..core.errors import InputError
 from ..core.images import Metadata, write_image
 from ..core.products import BENT_NAME, LIGHT, BakedMap
@@ -29,10 +29,8 @@ def pictures(name: str, made: BakedMap) -> Iterator[tuple[str, Floats]]:
     if values.ndim == 2 or values.shape[2] <= _MOST_CHANNELS:
         yield name, values
         return
-    for first in range(0, values.shape[2], _MOST_CHANNELS):
-        part = values[..., first : first + _MOST_CHANNELS]
-        left = _MOST_CHANNELS - part.shape[2]
-        yield f"{name}_{first // _MOST_CHANNELS}", np.pad(part, ((0, 0), (0, 0), (0, left)), constant_values=1.0)
+    for number, part in enumerate(in_fours(values, 1.0)):
+        yield f"{name}_{number}", part
 
 
 def check_maps(settings: Settings, format_name: str, depth: int) -> None:

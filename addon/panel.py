@@ -46,6 +46,15 @@ class _Settings(_Sidebar):
     bl_options: ClassVar = {"DEFAULT_CLOSED"}
 
 
+class _Switched(_Settings):
+    """With a box in its head that switches what is below on."""
+
+    switch: ClassVar[str]  # the setting's name
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        self.layout.prop(context.scene.occlusion_bake, self.switch, text="")
+
+
 def _begin(panel: bpy.types.Panel, context: bpy.types.Context) -> tuple[bpy.types.UILayout, OcclusionBakeSettings]:
     """A panel's layout, names beside values as Blender has it, and the settings."""
     panel.layout.use_property_split = True
@@ -161,13 +170,11 @@ class OCCLUSION_BAKE_PT_bent(_Settings, bpy.types.Panel):
         layout.prop(chosen, "bent_alpha")
 
 
-class OCCLUSION_BAKE_PT_code(_Settings, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_code(_Switched, bpy.types.Panel):
     """What reflections are rebuilt from in any view."""
 
     bl_label = "Directional Code"
-
-    def draw_header(self, context: bpy.types.Context) -> None:
-        self.layout.prop(context.scene.occlusion_bake, "use_code", text="")
+    switch = "use_code"
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
@@ -178,13 +185,11 @@ class OCCLUSION_BAKE_PT_code(_Settings, bpy.types.Panel):
         layout.prop(chosen, "code_rays")
 
 
-class OCCLUSION_BAKE_PT_light(_Settings, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_light(_Switched, bpy.types.Panel):
     """Light of the World."""
 
     bl_label = "World Light"
-
-    def draw_header(self, context: bpy.types.Context) -> None:
-        self.layout.prop(context.scene.occlusion_bake, "use_light", text="")
+    switch = "use_light"
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)

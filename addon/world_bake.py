@@ -17,6 +17,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.octahedron import on_octahedron
 from ..core.scene import Doubles, Floats
+from .cycles import INTO_IMAGE, with_texture
 from .extract import bake_override, passing_object, silenced
 from .world_nodes import show_to_surfaces
 
@@ -89,29 +90,15 @@ def _image_on(obj: bpy.types.Object, side: int) -> Iterator[bpy.types.Image]:
     with ExitStack() as stack:
         image = bpy.data.images.new(_NAME, side, side, alpha=True, float_buffer=True, is_data=True)
         stack.callback(bpy.data.images.remove, image)
-        material = bpy.data.materials.new(_NAME)
+        material = with_texture(None, image)
         stack.callback(bpy.data.materials.remove, material)
-        if bpy.app.version < (5, 0):  # later always so
-            material.use_nodes = True
-        nodes = material.node_tree.nodes
-        texture = nodes.new("ShaderNodeTexImage")
-        texture.image = image
-        nodes.active = texture
         obj.data.materials.append(material)
         yield image
 
 
 def _bake(world: bpy.types.World) -> None:
     try:
-        outcome = bpy.ops.object.bake(
-            type="ENVIRONMENT",
-            target="IMAGE_TEXTURES",
-            save_mode="INTERNAL",
-            margin=0,
-            use_clear=False,
-            use_selected_to_active=False,
-            use_split_materials=False,
-        )
+        outcome = bpy.ops.object.bake(type="ENVIRONMENT", **INTO_IMAGE)
     except RuntimeError as error:
         raise InputError(f"{world.name}: Cycles cannot evaluate it: {' '.join(str(error).split())}") from error
     if outcome != {"FINISHED"}:

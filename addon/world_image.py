@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
+from ..core.environment import broken_pixels
 from ..core.errors import InputError
 from ..core.images import read_image
 from ..core.scene import Doubles, Floats
@@ -62,10 +63,8 @@ def pixels_of(plain: PlainImage) -> Floats | None:
 
 def check_finite(name: str, values: Floats) -> None:
     """Raises InputError for light, (..., 3), that is no number or without an end: what it should be, nobody knows."""
-    broken = int(np.count_nonzero(~np.isfinite(values).all(axis=-1)))
-    if broken:
-        count = "1 pixel is" if broken == 1 else f"{broken} pixels are"
-        raise InputError(f"{name}: {count} not finite; clamp the image in an editor, or choose another")
+    if broken := broken_pixels(values):
+        raise InputError(f"{name}: {broken}; clamp the image in an editor, or choose another")
 
 
 def _source(socket: bpy.types.NodeSocket | None, kind: str) -> bpy.types.Node | None:

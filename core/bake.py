@@ -114,6 +114,11 @@ class Settings:
         return [picture_of(estimator, kind) for kind in (RATIO, LIGHT) if kind in self.lights]
 
     @property
+    def needs_tangents(self) -> bool:
+        """Whether targets must have tangents."""
+        return self.coding is not None or (self.bent is not None and self.bent.space is Space.TANGENT)
+
+    @property
     def goal(self) -> Goal:
         """How far to go."""
         return Goal(self.rays, self.error, self.error is not None if self.filtered is None else self.filtered)
@@ -184,7 +189,7 @@ class Baker:
         settings, progress = self._settings, self._progress
         seconds: dict[str, float] = {}
         warnings = check_target(target)
-        if settings.coding or (settings.bent and settings.bent.space is Space.TANGENT):
+        if settings.needs_tangents:
             check_tangents(target)
         with timed(seconds, "texels"):
             texels = _texels_of(target, tile, settings, progress)
@@ -212,16 +217,16 @@ class Baker:
                 *(self._scene.environment, settings.bent, settings.threads),
             )
             maps: dict[str, BakedMap] = {}
+            wanted = {name for one in settings.estimators for name in settings.names_of(one)}
             for estimator, each in zip(traced_maps, solved, strict=True):
-                wanted = {name for one in settings.estimators for name in settings.names_of(one)}
                 maps.update(finisher.maps(estimator, each, wanted))
+        traced = sum(each.rays for each in solved)
         if settings.coding is not None and texture is not None:
             with timed(seconds, "code"):
                 coder = Coder(frame.scene, surface, texels.owner, texture, bench.rays(1, _CODES))
                 bench.enter("tracing the directional code", rays=True)
-                maps[settings.coding.code.name] = self._coded(coder, settings.coding, texels)
-        traced = sum(each.rays for each in solved)
-        traced += maps[settings.coding.code.name].rays if settings.coding else 0
+                code = maps[settings.coding.code.name] = self._coded(coder, settings.coding, finisher)
+                traced += code.rays
         warnings += [*texels.warnings, *inside.warning(target.name, share), *turned.warning(target.name, backs)]
         if AO.name in maps and share < inside.TOLD and backs < inside.TOLD:
             warnings += turned.dark_warning(target.name, maps[AO.name].mean)
@@ -229,20 +234,19 @@ class Baker:
         what = (target.name, settings.width, settings.height, texels.count, traced, maps)
         return Baked(*what, share, texels.overlapped, backs, seconds, warnings, tile)
 
-    def _coded(self, coder: Coder, coding: Coding, texels: Texels) -> BakedMap:
+    def _coded(self, coder: Coder, coding: Coding, finisher: Finisher) -> BakedMap:
         settings, progress = self._settings, self._progress
-        values = np.zeros((*texels.owner.shape, coding.code.count), dtype=np.float32)
+        values = np.zeros((*coder.owner.shape, coding.code.count), dtype=np.float32)
         flat = values.reshape(-1, coding.code.count)
         for these, codes in coder.values(coding, progress.control):
             progress.raise_if_cancelled()
             flat[these] = codes
         error = coder.error(values, coding, settings.seed)
-        covered = texels.owner >= 0
+        covered = coder.owner >= 0
         # Bytes of masks cannot be averaged; they are read unfiltered, and need no margin.
         filled = values if coding.code.kind == "mask" else fill_margins(values, covered, settings.margin)
-        coverage = np.where(covered, texels.coverage, np.float32(0.0))
         rays = coding.rays * int(np.count_nonzero(covered))
-        return BakedMap(filled, covered, coverage, error.rmse, error.p99, float(values[covered].mean()), rays)
+        return finisher.finished(filled, covered, error, float(values[covered].mean()), rays)
 
     def _onto_highs(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> tuple[Placed, Texels]:
         control = self._progress.enter(f"{target.name}: looking for high meshes", _INSIDE)

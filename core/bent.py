@@ -7,16 +7,15 @@ altogether gets its normal.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .frames import Texture, in_frames, to_object, unit
-from .scene import Doubles, Floats
+from .frames import Texture, in_frames, to_object
+from .scene import Doubles, Floats, unit
+from .texels import in_bands
 
 _BAND = 1 << 18  # texels that are worked on at a time
 
@@ -38,14 +37,6 @@ class Bent:
     with_ao: bool = False
 
 
-def space_of(name: str) -> Space:
-    """Raises InputError for an unknown name."""
-    try:
-        return Space(name.lower())
-    except ValueError:
-        raise InputError(f"space {name}: choose one of {', '.join(space.value for space in Space)}") from None
-
-
 def encoded(vectors: Floats, bent: Bent, texture: Texture, covered: NDArray[np.bool_]) -> Floats:
     """Colours, (H, W, 3) float32, 0 to 1: (b + 1) / 2, as of normal maps; 0.5, 0.5, 1 where nothing is covered.
 
@@ -55,18 +46,13 @@ def encoded(vectors: Floats, bent: Bent, texture: Texture, covered: NDArray[np.b
     colours = np.empty((*covered.shape, 3), dtype=np.float32)
     colours[:] = 0.5, 0.5, 1.0
     flat = colours.reshape(-1, 3)
-    for texels in _bands(covered):
+    for texels in in_bands(np.flatnonzero(covered), _BAND):
         world = vectors.reshape(3, -1)[:, texels].T.astype(np.float64)
         local = _in_space(world, bent.space, texture, texels)
         if bent.y_down:
             local[:, 1] = -local[:, 1]
         flat[texels] = 0.5 * local + 0.5
     return colours
-
-
-def _bands(covered: NDArray[np.bool_]) -> Iterator[NDArray[np.int64]]:
-    texels = np.flatnonzero(covered)
-    yield from (texels[start : start + _BAND] for start in range(0, len(texels), _BAND))
 
 
 def _in_space(world: Doubles, space: Space, texture: Texture, texels: NDArray[np.int64]) -> Doubles:

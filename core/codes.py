@@ -7,7 +7,7 @@ of integers, four channels each, from stated ranges.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
@@ -115,9 +115,14 @@ def to_images(values: Floats, code: Code, depth: int) -> list[NDArray[Any]]:
     else:
         low, high = ranges(code)
         whole = np.rint(np.clip((values - low) / (high - low), 0.0, 1.0) * np.float32(most)).astype(encoding)
-    left = -whole.shape[2] % 4
-    filled = np.pad(whole, ((0, 0), (0, 0), (0, left)), constant_values=most)
-    return [np.ascontiguousarray(filled[..., place : place + 4]) for place in range(0, filled.shape[2], 4)]
+    return list(in_fours(whole, most))
+
+
+def in_fours(channels: NDArray[Any], left_over: float) -> Iterator[NDArray[Any]]:
+    """(h, w, c) → pictures of four channels each, (h, w, 4); channels that are left over hold that value."""
+    for place in range(0, channels.shape[2], 4):
+        four = channels[..., place : place + 4]
+        yield np.pad(four, ((0, 0), (0, 0), (0, 4 - four.shape[2])), constant_values=left_over)
 
 
 def from_images(images: Sequence[NDArray[Any]], code: Code) -> Floats:

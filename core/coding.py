@@ -17,6 +17,7 @@ from .frames import Texture, world_tangents
 from .kernel_api import Control
 from .probes import Error
 from .scene import Floats, Ints, Placed
+from .texels import in_bands
 from .tracer import Rays, TraceScene, trace_cells, trace_texels
 
 TOLD_EXPONENT = 10.0  # of the RO whose error tells of a code's
@@ -52,11 +53,9 @@ class Coder:
 
     def values(self, coding: Coding, control: Control | None = None) -> Iterator[tuple[NDArray[np.int64], Floats]]:
         """Texels, y · W + x, and their codes, (N, count) float32, band by band. Raises InputError without tangents."""
-        texels = _by_tile(self.owner)
-        for start in range(0, len(texels), _BAND):
-            these = texels[start : start + _BAND]
+        for number, these in enumerate(in_bands(_by_tile(self.owner), _BAND)):
             tangents = world_tangents(self.texture.frames(these), self.texture.target.matrix)
-            how = replace(self.rays, count=coding.rays, seed=self.rays.seed + start)
+            how = replace(self.rays, count=coding.rays, seed=self.rays.seed + number * _BAND)
             cells = trace_cells(self.scene, self.surface, self.owner, these, tangents, _SIDE, how, control=control)
             yield these, encode(cells, coding.code)
 

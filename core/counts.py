@@ -11,12 +11,14 @@ falls as one over the rays (Cochran, "Sampling Techniques", chapter 6).
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .scene import Doubles, Floats
+
+_Real = TypeVar("_Real", np.float32, np.float64)
 
 
 class Counts(IntEnum):
@@ -51,13 +53,13 @@ class Counts(IntEnum):
 def directions(rows: NDArray[np.floating[Any]]) -> Doubles:
     """What the rows after the first, (R - 1, …), stand for, where their error is told: of three for a bent direction
     that direction, at unit length; zero stays."""
-    vectors = 2.0 * rows.astype(np.float64) - 1.0
+    vectors = bent_vectors(rows.astype(np.float64))
     length = np.linalg.norm(vectors, axis=0, keepdims=True)
     unit: Doubles = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 1e-6)
     return unit
 
 
-def bent_vectors(rows: Floats) -> Floats:
-    """The means of V times direction, (3, …) float32, from the last three rows of a map with the bent direction."""
-    vectors: Floats = 2.0 * rows[-3:] - np.float32(1.0)
+def bent_vectors(rows: NDArray[_Real]) -> NDArray[_Real]:
+    """The means of V times direction, (3, …), from the three rows after the first of a map with the bent direction."""
+    vectors: NDArray[_Real] = 2.0 * rows - 1.0
     return vectors

@@ -103,6 +103,12 @@ def from_equirectangular(pixels: Floats, n: int, rotation: Doubles | None = None
     return Environment(means.astype(np.float32))
 
 
+def broken_pixels(values: Reals) -> str:
+    """How many of the pixels, (..., 3), are not finite, in words; empty where all are."""
+    broken = int(np.count_nonzero(~np.isfinite(values).all(axis=-1)))
+    return "" if not broken else "1 pixel is not finite" if broken == 1 else f"{broken} pixels are not finite"
+
+
 def _samples(n: int) -> int:
     """How many there are along the side of a cell, of what is averaged over it."""
     return min(max(2048 // n, 4), 16)
@@ -114,9 +120,7 @@ def _check_size(n: int) -> None:
 
 
 def _check_light(values: Reals) -> None:
-    broken = int(np.count_nonzero(~np.isfinite(values).all(axis=-1)))
-    if broken:
-        count = "1 pixel is" if broken == 1 else f"{broken} pixels are"
-        raise InputError(f"Environment: {count} not finite; mend the image, or choose another")
+    if broken := broken_pixels(values):
+        raise InputError(f"Environment: {broken}; mend the image, or choose another")
     if (values < 0.0).any():
         raise InputError("Environment: there is light below 0; clamp it to 0")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .scene import Doubles, Floats, Instance, Ints, Mesh, Placed, unit_normals
+from .scene import Doubles, Floats, Instance, Ints, Mesh, Placed, unit, unit_normals
 from .texels import surface_points
 from .tiles import uv_in_tile
 
@@ -97,13 +97,6 @@ def world_tangents(frames: Frames, matrix: Doubles) -> Floats:
     flipped = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
     rows = np.concatenate([unit(frames.tangent @ linear.T), flipped * frames.sign[:, np.newaxis]], axis=1)
     return np.ascontiguousarray(rows, dtype=np.float32)
-
-
-def unit(vectors: Doubles) -> Doubles:
-    """(N, 3) at unit length; zero stays."""
-    length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    result: Doubles = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
-    return result
 
 
 def _flat(uv: Floats) -> Placed:

@@ -40,10 +40,7 @@ def cosines_to_reflected(surface: Placed, owner: Ints, camera: Camera, *, thread
     where that faces away from the camera, and 0 where there is no owner.
     """
     positions, normals = (each.astype(np.float64) for each in surface_points(surface, owner, threads=threads))
-    if camera.orthographic:
-        view = np.broadcast_to(np.asarray(camera.forward, dtype=np.float64), positions.shape)
-    else:
-        view = positions - np.asarray(camera.position, dtype=np.float64)
+    view = camera.views(positions)
     length = np.linalg.norm(view, axis=-1)
     along = -np.einsum("ijk,ijk->ij", view, normals)  # R·n = −d·n
     cosines: Doubles = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)

@@ -17,7 +17,7 @@ from .frames import Texture
 from .probes import Error
 from .scene import Camera, Doubles, Floats, Ints, Placed
 from .solve import Solved
-from .texels import surface_points
+from .texels import in_bands, surface_points
 
 BENT_NAME = "bent"
 RATIO, LIGHT = "ratio", "light"  # pictures of an estimator of light: the share that gets through, and the light itself
@@ -65,15 +65,15 @@ class Finisher:
             shares = np.moveaxis(solved.more, 0, -1)
             ratio, level = picture_of(estimator, RATIO), picture_of(estimator, LIGHT)
             if ratio in wanted:
-                yield ratio, self._finished(shares, solved, solved.error)
+                yield ratio, self._solved(shares, solved, solved.error)
             if level in wanted:
-                yield level, self._finished(shares * self._open(estimator, solved.covered), solved, solved.error)
+                yield level, self._solved(shares * self._open(estimator, solved.covered), solved, solved.error)
             return
         if estimator.name in wanted:
-            yield estimator.name, self._finished(solved.values, solved, solved.error)
+            yield estimator.name, self._solved(solved.values, solved, solved.error)
         if estimator.counts is Counts.BENT:
             assert solved.more is not None and solved.more_error is not None
-            yield BENT_NAME, self._finished(self._bent(solved), solved, solved.more_error)
+            yield BENT_NAME, self._solved(self._bent(solved), solved, solved.more_error)
 
     def _bent(self, solved: Solved) -> Floats:
         assert self.bent is not None and self.texture is not None and solved.more is not None
@@ -85,9 +85,8 @@ class Finisher:
         assert self.environment is not None
         positions, normals = surface_points(self.surface, self.owner, threads=self.threads)
         light = np.zeros((*covered.shape, 3), dtype=np.float32)
-        flat, texels = light.reshape(-1, 3), np.flatnonzero(covered)
-        for start in range(0, len(texels), _BAND):
-            these = texels[start : start + _BAND]
+        flat = light.reshape(-1, 3)
+        for these in in_bands(np.flatnonzero(covered), _BAND):
             normal = normals.reshape(-1, 3)[these].astype(np.float64)
             axes = normal
             if estimator.axis is Axis.REFLECTED:
@@ -97,17 +96,19 @@ class Finisher:
 
     def _reflected(self, position: Doubles, normal: Doubles) -> Doubles:
         assert self.camera is not None
-        forward = np.asarray(self.camera.forward, dtype=np.float64)
-        view = forward if self.camera.orthographic else position - np.asarray(self.camera.position)
+        view = self.camera.views(position)
         view = view / np.linalg.norm(view, axis=-1, keepdims=True)
         mirrored: Doubles = view - 2.0 * (view * normal).sum(axis=-1, keepdims=True) * normal
         return mirrored
 
-    def _finished(self, values: Floats, solved: Solved, error: Error) -> BakedMap:
-        covered = solved.covered
+    def _solved(self, values: Floats, solved: Solved, error: Error) -> BakedMap:
+        filled = fill_margins(values, solved.covered, self.margin)
+        return self.finished(filled, solved.covered, error, solved.mean, solved.rays)
+
+    def finished(self, filled: Floats, covered: NDArray[np.bool_], error: Error, mean: float, rays: int) -> BakedMap:
+        """A map whose margin is filled. covered: (H, W) bool, texels with a value."""
         coverage = np.where(covered, self.coverage, np.float32(0.0))
-        filled = fill_margins(values, covered, self.margin)
-        return BakedMap(filled, covered, coverage, error.rmse, error.p99, solved.mean, solved.rays)
+        return BakedMap(filled, covered, coverage, error.rmse, error.p99, mean, rays)
 
 
 def picture_of(estimator: Estimator, kind: str) -> str:

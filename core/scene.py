@@ -101,6 +101,12 @@ class Camera:
         x, y, z = np.asarray(self.position, dtype=np.float64) - origin
         return replace(self, position=(float(x), float(y), float(z)))
 
+    def views(self, positions: Doubles) -> Doubles:
+        """From where it is to each of (..., 3) positions, of any length; all the same where it is orthographic."""
+        if self.orthographic:
+            return np.broadcast_to(np.asarray(self.forward, dtype=np.float64), positions.shape)
+        return positions - np.asarray(self.position, dtype=np.float64)
+
 
 @dataclass(frozen=True, eq=False)
 class Highs:
@@ -193,10 +199,14 @@ def _check_arrays(target: Instance) -> None:
 
 def unit_normals(corners: Doubles) -> Doubles:
     """(N, 3) unit normals, by the right-hand rule, of triangles with (N, 3, 3) corners; zero for one without area."""
-    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(across, axis=1, keepdims=True)
-    normals: Doubles = np.divide(across, length, out=np.zeros_like(across), where=length > 0.0)
-    return normals
+    return unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+
+
+def unit(vectors: NDArray[_Real]) -> NDArray[_Real]:
+    """(..., 3) vectors at unit length; zero, and what has no length, becomes zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    result: NDArray[_Real] = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0.0)
+    return result
 
 
 def zero_area(mesh: Mesh) -> NDArray[np.bool_]:
@@ -260,7 +270,4 @@ def _turned(normals: NDArray[_Real], linear: Doubles) -> NDArray[_Real]:
     inverse = np.linalg.inv(linear)
     inverse /= np.abs(inverse).max()  # the length does not matter, and its square must stay within float32
     with np.errstate(over="ignore", invalid="ignore"):  # normals that are no numbers end as zero
-        turned = normals @ inverse.astype(normals.dtype)  # n·M⁻¹ = (M⁻ᵀ n)ᵀ
-        length = np.linalg.norm(turned, axis=-1, keepdims=True)
-    unit: NDArray[_Real] = np.divide(turned, length, out=np.zeros_like(turned), where=length > 0.0)
-    return unit
+        return unit(normals @ inverse.astype(normals.dtype))  # n·M⁻¹ = (M⁻ᵀ n)ᵀ

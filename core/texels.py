@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from ctypes import byref
 from dataclasses import dataclass
 
@@ -77,6 +78,11 @@ def surface_points(surface: Placed, owner: Ints, *, threads: int = 0) -> tuple[F
     places = (api.address(positions, np.float32), api.address(normals, np.float32))
     api.check(api.library().ob_surface_points(byref(described), threads, *places))
     return positions, normals
+
+
+def in_bands(texels: NDArray[np.int64], size: int) -> Iterator[NDArray[np.int64]]:
+    """So many of the listed texels at a time: what is worked out for each need not be held for all."""
+    return (texels[start : start + size] for start in range(0, len(texels), size))
 
 
 def _rasterize(

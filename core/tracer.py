@@ -189,8 +189,7 @@ def trace(
     first_half = np.zeros(shape, dtype=np.float32) if halves else None
     described = describe_surface(surface, owner)
     halves_rows = None if first_half is None else _rows(first_half)
-    light = _light(rays.light)
-    what = _what(scene, described, estimators, rays, light)
+    what = _what(scene, described, estimators, rays)
     api.check(api.library().ob_trace(*what, _rows(sums), halves_rows, pointer_to(control)))
     return Sums(sums, first_half)
 
@@ -211,8 +210,7 @@ def trace_texels(
     """
     sums = np.zeros((images_of(estimators), len(texels)), dtype=np.float32)
     described = describe_surface(surface, owner)
-    light = _light(rays.light)
-    what = _what(scene, described, estimators, rays, light)
+    what = _what(scene, described, estimators, rays)
     listed = (api.address(texels, np.int64), len(texels))
     api.check(api.library().ob_trace_texels(*what, *listed, _rows(sums), pointer_to(control)))
     return sums
@@ -238,7 +236,7 @@ def trace_cells(
     described = describe_surface(surface, owner)
     listed = (api.address(texels, np.int64), len(texels), api.address(tangents, np.float32), side)
     status = api.library().ob_trace_cells(
-        scene.handle, byref(described), byref(_settings(rays, None)), *listed, cells.ctypes.data, pointer_to(control)
+        scene.handle, byref(described), byref(_settings(rays)), *listed, cells.ctypes.data, pointer_to(control)
     )
     api.check(status)
     return cells
@@ -266,31 +264,25 @@ def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
     )
 
 
-def _what(
-    scene: TraceScene,
-    described: api.Surface,
-    estimators: Sequence[Estimator],
-    rays: Rays,
-    light: api.Light | None,
-) -> tuple[Any, ...]:
+def _what(scene: TraceScene, described: api.Surface, estimators: Sequence[Estimator], rays: Rays) -> tuple[Any, ...]:
     """The arguments that all tracing begins with."""
     cosine = math.cos(math.radians(0.5 * rays.spread)) if rays.spread < 180.0 else 0.0
     maps = (api.Map * len(estimators))(
         *(api.Map(e.sampler, e.axis, e.exponent, cosine, e.lobe_share, e.counts) for e in estimators)
     )
-    return scene.handle, byref(described), byref(_settings(rays, light)), maps, len(estimators)
+    return scene.handle, byref(described), byref(_settings(rays)), maps, len(estimators)
 
 
-def _light(environment: Environment | None) -> api.Light | None:
-    """As the kernel takes it; the environment keeps the arrays."""
+def _light(environment: Environment | None) -> Any:
+    """A pointer to it as the kernel takes it, which keeps what it points to; the environment keeps the arrays."""
     if environment is None:
         return None
     sampling = environment.sampling
     arrays = (environment.radiance, sampling.density, sampling.rows, sampling.columns)
-    return api.Light(*(api.address(each, np.float32) for each in arrays), len(environment.radiance))
+    return ctypes.pointer(api.Light(*(api.address(each, np.float32) for each in arrays), len(environment.radiance)))
 
 
-def _settings(rays: Rays, light: api.Light | None) -> api.TraceSettings:
+def _settings(rays: Rays) -> api.TraceSettings:
     vector = ctypes.c_float * 3
     camera = rays.camera or Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))
     return api.TraceSettings(
@@ -305,7 +297,7 @@ def _settings(rays: Rays, light: api.Light | None) -> api.TraceSettings:
         int(not rays.coherent),
         rays.nearest,
         int(rays.falloff),
-        None if light is None else ctypes.pointer(light),
+        _light(rays.light),
     )
 
 

@@ -6,6 +6,7 @@ Both come as fixtures: in pytest's importlib mode test modules cannot import one
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,19 @@ class Shapes:
         """A piece of floor so small that occlusion is linear over it."""
         half = 2.0**-11
         return Shapes.quad((x - half, y - half, 0), (2 * half, 0, 0), (0, 2 * half, 0), name="patch")
+
+    @staticmethod
+    def tall_wall(x: float = -0.01) -> Mesh:
+        """A wall without end that faces +x, on a floor and a little below: beside it all of x < 0 is hidden."""
+        far = 4096.0
+        return Shapes.quad((x, -far, -1), (0, 2 * far, 0), (0, 0, far), name="wall")
+
+    @staticmethod
+    def with_tangents(mesh: Mesh, tangent: ArrayLike = (1, 0, 0), sign: float = 1.0) -> Mesh:
+        """The mesh with this tangent, and sign of the bitangent, at every corner."""
+        tangents = np.empty((*mesh.triangles.shape, 4), dtype=np.float32)
+        tangents[..., :3], tangents[..., 3] = tangent, sign
+        return replace(mesh, tangents=tangents)
 
     @staticmethod
     def joined(meshes: Sequence[Mesh], name: str = "joined") -> Mesh:

@@ -11,23 +11,15 @@ from numpy.typing import NDArray
 from occlusion_bake.core.bake import Settings
 from occlusion_bake.core.bent import Bent, Space
 from occlusion_bake.core.errors import InputError
-from occlusion_bake.core.scene import Mesh, Scene
+from occlusion_bake.core.scene import Scene
 
 WALL = np.array([2 / np.pi, 0.0, 1.0]) / np.hypot(2 / np.pi, 1.0)  # beside a wall without end: 32.5 degrees off
-FAR = 4096.0
-
-
-def with_tangents(mesh: Mesh, tangent: Any = (1, 0, 0), sign: float = 1.0) -> Mesh:
-    tangents = np.empty((*mesh.triangles.shape, 4), dtype=np.float32)
-    tangents[:] = *tangent, sign
-    return replace(mesh, tangents=tangents)
 
 
 def beside_a_wall(shapes: Any, matrix: NDArray[np.float64] | None = None, **frame: Any) -> Scene:
     """A patch of floor at the foot of a wall that hides all directions of x < 0."""
-    wall = shapes.quad((-0.01, -FAR, -1), (0, 2 * FAR, 0), (0, 0, FAR), name="wall")
-    patch = with_tangents(shapes.patch(), **frame)
-    return shapes.scene(patch, wall, matrix=matrix)
+    patch = shapes.with_tangents(shapes.patch(), **frame)
+    return shapes.scene(patch, shapes.tall_wall(), matrix=matrix)
 
 
 def decoded(baked: Any) -> NDArray[np.float64]:
@@ -112,7 +104,7 @@ def test_in_a_bowl(shapes: Any, bake_one: Any) -> None:
 def test_in_the_open_and_where_all_is_closed_it_is_the_normal(shapes: Any, bake_one: Any) -> None:
     for mesh in (shapes.plane(1.0), shapes.room()):
         for space in (Space.TANGENT, Space.OBJECT, Space.WORLD):
-            scene = shapes.scene(with_tangents(mesh))
+            scene = shapes.scene(shapes.with_tangents(mesh))
             if space is Space.TANGENT and mesh.name == "room":
                 continue  # its sides have frames of their own
             values = bake_one(scene, rays=256, size=48, bent=Bent(space)).maps["bent"]
@@ -125,7 +117,7 @@ def test_in_the_open_and_where_all_is_closed_it_is_the_normal(shapes: Any, bake_
 
 
 def test_alpha_is_ao_and_the_error_is_told(shapes: Any, bake_one: Any) -> None:
-    scene = shapes.scene(with_tangents(shapes.plane(2.0, name="floor")), shapes.sphere((0, 0, 0.5), 0.5, 32))
+    scene = shapes.scene(shapes.with_tangents(shapes.plane(2.0, name="floor")), shapes.sphere((0, 0, 0.5), 0.5, 32))
     baked = bake_one(scene, size=64, rays=64, bent=Bent(with_ao=True))
     bent = baked.maps["bent"]
     np.testing.assert_array_equal(bent.values[..., 3], baked.maps["ao"].values)

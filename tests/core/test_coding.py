@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,21 +12,8 @@ from occlusion_bake.core.embree import open_device
 from occlusion_bake.core.errors import InputError
 from occlusion_bake.core.estimators import reflection
 from occlusion_bake.core.horizon import open_horizon
-from occlusion_bake.core.scene import Camera, Mesh, placed
+from occlusion_bake.core.scene import Camera, placed
 from occlusion_bake.core.tracer import Rays, TraceScene, trace_cells
-
-FAR = 4096.0
-
-
-def with_tangents(mesh: Mesh, tangent: Any = (1, 0, 0), sign: float = 1.0) -> Mesh:
-    tangents = np.empty((*mesh.triangles.shape, 4), dtype=np.float32)
-    tangents[:] = *tangent, sign
-    return replace(mesh, tangents=tangents)
-
-
-def wall(shapes: Any) -> Mesh:
-    made: Mesh = shapes.quad((-1e-3, -FAR, -1), (0, 2 * FAR, 0), (0, 0, FAR), name="wall")
-    return made
 
 
 @pytest.mark.parametrize("side", [8, 16])
@@ -45,7 +31,7 @@ def test_beside_a_wall_half_of_the_cells_are_open(
 ) -> None:
     """The wall hides all directions of x < 0: of the square, by the tangent, its left, right, lower or upper half."""
     scene, floor = TraceScene(open_device(0)), placed(shapes.instance(shapes.patch()), np.zeros(3))
-    for mesh in (wall(shapes), shapes.patch()):
+    for mesh in (shapes.tall_wall(-1e-3), shapes.patch()):
         copy = placed(shapes.instance(mesh), np.zeros(3))
         scene.add(copy.vertices, copy.triangles)
     scene.commit()
@@ -70,7 +56,7 @@ def test_rebuilt_for_a_camera_it_is_what_is_baked_for_it(
     forward = matrix[:3, :3] @ view
     camera = Camera((0, 0, 0), tuple(forward / np.linalg.norm(forward)), orthographic=True)
     scene = shapes.scene(
-        with_tangents(shapes.plane(1.0, name="floor")),
+        shapes.with_tangents(shapes.plane(1.0, name="floor")),
         shapes.sphere((0.2, 0.1, 0.6), 0.5, 48),
         matrix=matrix,
         camera=camera,
@@ -89,7 +75,9 @@ def test_rebuilt_for_a_camera_it_is_what_is_baked_for_it(
 
 def test_in_the_open_it_is_the_open_horizon(shapes: Any, bake_one: Any) -> None:
     code = Code("sh", 3)
-    made = bake_one(shapes.scene(with_tangents(shapes.plane(1.0))), estimators=(), coding=Coding(code)).maps["sh_3"]
+    made = bake_one(shapes.scene(shapes.with_tangents(shapes.plane(1.0))), estimators=(), coding=Coding(code)).maps[
+        "sh_3"
+    ]
     assert made.values.shape == (16, 16, 16)
     ways = np.array([[np.sin(angle), 0.0, np.cos(angle)] for angle in (0.0, 0.7, 1.4)])
     for way in ways:

@@ -13,7 +13,6 @@ from occlusion_bake.core.estimators import Estimator, light
 from occlusion_bake.core.products import LIGHT, RATIO
 from occlusion_bake.core.scene import Scene
 
-FAR = 4096.0
 SHARES = (0.0, 0.5, 1.0)  # of the rays from the lobe
 BOTH = frozenset({RATIO, LIGHT})
 
@@ -23,8 +22,7 @@ def lit(scene: Scene, environment: Environment) -> Scene:
 
 
 def beside_a_wall(shapes: Any, environment: Environment) -> Scene:
-    wall = shapes.quad((-0.01, -FAR, -1), (0, 2 * FAR, 0), (0, 0, FAR), name="wall")
-    return lit(shapes.scene(shapes.patch(), wall), environment)
+    return lit(shapes.scene(shapes.patch(), shapes.tall_wall()), environment)
 
 
 def sampled(share: float, exponent: float | None = None) -> Estimator:

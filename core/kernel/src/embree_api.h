@@ -34,9 +34,6 @@ constexpr int RTC_BUILD_QUALITY_MEDIUM = 1;
 constexpr int RTC_RAY_QUERY_FLAG_INCOHERENT = 0;
 constexpr int RTC_RAY_QUERY_FLAG_COHERENT = 1 << 16;
 constexpr uint32_t RTC_INVALID_GEOMETRY_ID = ~0U;
-constexpr uint32_t RTC_FEATURE_FLAG_TRIANGLE = 1u << 1;
-constexpr uint32_t RTC_FEATURE_FLAG_INSTANCE = 1u << 23;
-
 constexpr uint32_t RTC_FEATURE_FLAG_ALL = ~0U;
 
 // What a filter is called with: a hit of each of `count` rays, structures of arrays both; it clears `valid` where the

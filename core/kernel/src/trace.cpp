@@ -398,6 +398,15 @@ const char *complaint(const ob_map *maps, int32_t map_count, const ob_trace_sett
   return reflected && !finite ? "the viewer's place and direction must be finite" : nullptr;
 }
 
+// What no tracing can do without.
+const char *complaint(const ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings) {
+  if (scene == nullptr || !scene->committed || settings == nullptr) {
+    return "tracing without a built scene or settings";
+  }
+  const char *wrong = surface_complaint(surface);
+  return wrong != nullptr ? wrong : complaint(*settings);
+}
+
 const char *complaint(const ob_surface &surface, const int64_t *texels, int64_t count) {
   const int64_t end = static_cast<int64_t>(surface.width) * surface.height;
   const bool owned = std::all_of(texels, texels + count,
@@ -415,10 +424,7 @@ ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) 
 int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
                      int32_t map_count, const int64_t *texels, int64_t count, float *const *sums, float *const *halves,
                      ob_control *control) {
-  if (scene == nullptr || !scene->committed || settings == nullptr) {
-    return fail(OB_INVALID, "tracing without a built scene or settings");
-  }
-  for (const char *wrong : {surface_complaint(surface), complaint(*settings), complaint(maps, map_count, sums)}) {
+  for (const char *wrong : {complaint(scene, surface, settings), complaint(maps, map_count, sums)}) {
     if (wrong != nullptr) {
       return fail(OB_INVALID, wrong);
     }
@@ -445,16 +451,11 @@ constexpr ob_map kHemisphere{OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 0.0, 0.0, 1.0
 int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                     const int64_t *texels, int64_t count, const float *tangents, int32_t side, float *cells,
                     ob_control *control) {
-  if (scene == nullptr || !scene->committed || settings == nullptr) {
-    return fail(OB_INVALID, "tracing without a built scene or settings");
-  }
   if (texels == nullptr || count < 0 || tangents == nullptr || cells == nullptr || (side != 8 && side != 16)) {
     return fail(OB_INVALID, "cells without texels, tangents or a place, or of a side other than 8 or 16");
   }
-  for (const char *wrong : {surface_complaint(surface), complaint(*settings)}) {
-    if (wrong != nullptr) {
-      return fail(OB_INVALID, wrong);
-    }
+  if (const char *wrong = complaint(scene, surface, settings)) {
+    return fail(OB_INVALID, wrong);
   }
   if (settings->rays < side * side || (settings->rays & (settings->rays - 1)) != 0) {
     return fail(OB_INVALID, "cells need a power of two of rays, one a cell at least");
