@@ -439,7 +439,7 @@ def _tangents(mesh: bpy.types.Mesh, owner: str, layer: str, corners: Ints) -> Fl
     except RuntimeError:  # Blender takes triangles and quads alone
         raise InputError(
             f"{owner}: it has faces of more than four corners, which have no tangents; add a Triangulate modifier, or "
-            "bake bent normals in object or world space"
+            "bake neither a directional code nor bent normals in tangent space"
         ) from None
     values = np.empty((len(mesh.loops), 4), dtype=np.float32)
     values[:, :3] = _values(mesh.loops, "tangent", len(mesh.loops), 3)

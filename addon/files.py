@@ -61,7 +61,7 @@ def write_map(path: Path, baked: Baked, name: str, settings: Settings, *, depth:
     are returned. Raises InputError, the old file untouched."""
     each, metadata, code = baked.maps[name], image_metadata(baked, name, settings), code_of(name, settings)
     if code is not None:
-        return write_code(path, each, code, depth=depth, metadata=metadata)
+        return write_code(path, each, code, tile=tile_suffix(baked.tile), depth=depth, metadata=metadata)
     write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
     return [path]
 

@@ -17,6 +17,7 @@ from ..core.scene import Floats
 from .layers import pictures
 
 MARK = "occlusion_bake"  # on an image of ours: "object/map"
+_DEPTHS_WITH_ALPHA = (32, 128)  # bits a pixel, of bytes and floats
 
 
 def store(baked: Baked) -> dict[str, bpy.types.Image]:
@@ -118,8 +119,10 @@ def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) 
 
 def _image(owner: str, name: str, width: int, height: int, *, alpha: bool) -> bpy.types.Image:
     old = image = _earlier(owner, name)
-    # Never write into a file's image, nor into tiles, of which Blender writes the first alone.
-    if image is None or image.source == "TILED" or (image.packed_file is None and image.source == "FILE"):
+    # Never write into a file's image, nor into tiles, of which Blender writes the first alone. One made without alpha
+    # holds one until it is saved, and loses it then.
+    file = image is not None and image.packed_file is None and image.source == "FILE"
+    if image is None or file or image.source == "TILED" or (alpha and image.depth not in _DEPTHS_WITH_ALPHA):
         image = bpy.data.images.new(
             f"{owner} {title(name)}", width, height, alpha=alpha, float_buffer=True, is_data=True
         )

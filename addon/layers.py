@@ -61,18 +61,20 @@ def map_names(settings: Settings) -> list[str]:
     return names + ([settings.coding.code.name] if settings.coding is not None else [])
 
 
-def write_code(path: Path, made: BakedMap, code: Code, *, depth: int, metadata: Metadata) -> list[Path]:
+def write_code(path: Path, made: BakedMap, code: Code, *, tile: str, depth: int, metadata: Metadata) -> list[Path]:
     """Write a code as one EXR of named channels, or as a set of RGBA pictures, _0 and on; returns the files.
+
+    tile: what the name of a tile's file ends in, before which the pictures' numbers stand.
 
     Raises InputError, the old files untouched.
     """
     if path.suffix == ".exr":
         write_image(path, made.values, depth=depth, metadata=metadata, channels=channel_names(code))
         return [path]
-    most, files = (1 << depth) - 1, []
+    stem, most, files = path.stem.removesuffix(tile), (1 << depth) - 1, []
     low, high = (each.tolist() for each in ranges(code))
     for number, picture in enumerate(to_images(made.values, code, depth)):
-        files.append(path.with_name(f"{path.stem}_{number}{path.suffix}"))
+        files.append(path.with_name(f"{stem}_{number}{tile}{path.suffix}"))
         four = slice(_MOST_CHANNELS * number, _MOST_CHANNELS * (number + 1))
         told = {**metadata, "low": str(low[four]), "high": str(high[four])}
         write_image(files[-1], picture.astype(np.float32) / np.float32(most), depth=depth, metadata=told)

@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 
 from .images import MARK
-from .rebuild_nodes import CODES, add_rebuild
+from .rebuild_nodes import CODES, add_rebuild, set_rebuild
 
 _LABEL = "Occlusion Bake"
 _SLOT, _MADE = "slot", "made"  # a material of ours: in a slot that was empty, or in one of its own
@@ -138,9 +138,10 @@ def _multiply_colour(tree: Any, surface: Any, texture: Any) -> None:
 
 
 def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
-    """The node that rebuilds RO from a code, new where there is none; a bake goes into the same images."""
+    """The node that rebuilds RO from a code, new where there is none."""
     there = _ours(tree, "code")
     if there is not None:
+        set_rebuild(there, images, uv)
         return there
     before = set(tree.nodes)
     node = add_rebuild(tree, images, uv)

@@ -20,6 +20,7 @@ from .images import MARK
 GROUP, LOBES = "Occlusion Bake RO", "Occlusion Bake lobes"
 IMAGES = 4  # of four numbers each
 CODES = tuple(f"sh_3_{number}" for number in range(IMAGES))  # what these are called among an object's
+NORMAL = "Normal"  # the input of that name
 _EXPONENT = 10.0
 # Colours that a Normal Map node takes for the axes of the tangent frame: 0.5 is 0.
 _TANGENT, _BITANGENT = (1.0, 0.5, 0.5, 1.0), (0.5, 1.0, 0.5, 1.0)
@@ -29,23 +30,39 @@ def add_rebuild(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
     """Add a group node whose outputs are RO, the open horizon and RO over it, of the object's numbers.
 
     tree: of a material. images: four of floats, Non-Color, R, G, B and A the numbers of degree 3 in order. uv: the UV
-    map that they were baked onto. The exponent is an input of the node. Raises InputError for another number of images.
+    map that they were baked onto. The exponent is an input of the node, and so is the normal that they were baked
+    about, in world space: without one it is the surface's own. Raises InputError for another number of images.
     """
     if len(images) != IMAGES:
         raise InputError(f"RO nodes: {len(images)} images of numbers; give the {IMAGES} of degree 3 (sh_3)")
     place = tree.nodes.new("ShaderNodeUVMap")
-    place.uv_map = uv
+    place.location = (-650.0, 0.0)
     node = tree.nodes.new("ShaderNodeGroup")
     node.node_tree = _group(uv)
-    for number, image in enumerate(images):
-        image.alpha_mode = "CHANNEL_PACKED"  # the fourth is a number like the others
+    for number in range(IMAGES):
         texture = tree.nodes.new("ShaderNodeTexImage")
-        texture.image, texture.location = image, (-400.0, -280.0 * number)
+        texture.location = (-400.0, -280.0 * number)
         tree.links.new(place.outputs["UV"], texture.inputs["Vector"])
         for output, name in (("Color", _colour(number)), ("Alpha", _alpha(number))):
             tree.links.new(texture.outputs[output], node.inputs[name])
-    place.location = (-650.0, 0.0)
+    set_rebuild(node, images, uv)
     return node
+
+
+def set_rebuild(node: Any, images: Sequence[bpy.types.Image], uv: str) -> None:
+    """Give the node of `add_rebuild` other images and another UV map; what the artist unlinked stays so."""
+    node.node_tree = _group(uv)
+    for number, image in enumerate(images):
+        image.alpha_mode = "CHANNEL_PACKED"  # the fourth is a number like the others
+        for texture in _linked(node.inputs[_colour(number)], "TEX_IMAGE"):
+            texture.image = image
+            for place in _linked(texture.inputs["Vector"], "UVMAP"):
+                place.uv_map = uv
+
+
+def _linked(socket: Any, kind: str) -> list[Any]:
+    """The node of this type that is linked to an input, if there is one."""
+    return [link.from_node for link in socket.links if link.from_node.type == kind]
 
 
 def _colour(number: int) -> str:
@@ -84,6 +101,8 @@ def _group(uv: str) -> Any:
         group.interface.new_socket(_alpha(number), in_out="INPUT", socket_type="NodeSocketFloat")
     exponent = group.interface.new_socket("Exponent", in_out="INPUT", socket_type="NodeSocketFloat")
     exponent.default_value, exponent.min_value = _EXPONENT, 0.0
+    normal = group.interface.new_socket(NORMAL, in_out="INPUT", socket_type="NodeSocketVector")
+    normal.hide_value = True
     for name in ("RO", "Open Horizon", "RO over Horizon"):
         group.interface.new_socket(name, in_out="OUTPUT", socket_type="NodeSocketFloat")
     _Nodes(group).fill(uv)
@@ -103,7 +122,7 @@ class _Nodes:
         numbers: list[Any] = []
         for number in range(IMAGES):
             numbers += [*self._channels(given.outputs[_colour(number)]), given.outputs[_alpha(number)]]
-        x, y, z = self._reflected(uv)
+        x, y, z = self._reflected(uv, given.outputs[NORMAL])
         terms = self._terms(z, given.outputs["Exponent"])
         open_horizon = self._math("MULTIPLY", terms[0, 0], sqrt(4.0 * pi))
         whole = self._sum(numbers, terms, x, y)
@@ -113,14 +132,19 @@ class _Nodes:
         self._link(open_horizon, result.inputs["Open Horizon"])
         self._link(self._math("DIVIDE", ro, open_horizon), result.inputs["RO over Horizon"])
 
-    def _reflected(self, uv: str) -> tuple[Any, Any, Any]:
-        """R = (−v·t, −v·b, v·n), t made upright on the normal; v·n 0 at least."""
+    def _reflected(self, uv: str, given: Any) -> tuple[Any, Any, Any]:
+        """R = (−v·t, −v·b, v·n), t made upright on the normal, b as handed as the UVs; v·n 0 at least."""
         surface = self._new("ShaderNodeNewGeometry")
-        normal, view = surface.outputs["Normal"], surface.outputs["Incoming"]
+        own, view = surface.outputs["Normal"], surface.outputs["Incoming"]
+        is_given = self._math("GREATER_THAN", self._vector("DOT_PRODUCT", given, given), 0.25)
+        normal = self._vector("ADD", own, self._vector("SCALE", self._vector("SUBTRACT", given, own), scale=is_given))
         tangent, bitangent = self._axis(uv, _TANGENT), self._axis(uv, _BITANGENT)
         along = self._vector("SCALE", normal, scale=self._vector("DOT_PRODUCT", tangent, normal))
         upright = self._vector("NORMALIZE", self._vector("SUBTRACT", tangent, along))
-        x, y = (self._math("MULTIPLY", self._vector("DOT_PRODUCT", view, axis), -1.0) for axis in (upright, bitangent))
+        across = self._vector("CROSS_PRODUCT", normal, upright)
+        handed = self._math("SIGN", self._vector("DOT_PRODUCT", across, bitangent))
+        x = self._math("MULTIPLY", self._vector("DOT_PRODUCT", view, upright), -1.0)
+        y = self._math("MULTIPLY", self._vector("DOT_PRODUCT", view, across), self._math("MULTIPLY", handed, -1.0))
         return x, y, self._math("MAXIMUM", self._vector("DOT_PRODUCT", view, normal), 0.0)
 
     def _axis(self, uv: str, colour: tuple[float, float, float, float]) -> Any:

@@ -321,7 +321,7 @@ def core_settings(chosen: Any) -> Settings:
         divide_horizon=chosen.divide_horizon,
         nearest=chosen.nearest,
         falloff=Falloff[chosen.falloff] if chosen.use_distance else Falloff.NONE,
-        spread=min(math.degrees(chosen.spread), 180.0),
+        spread=min(max(math.degrees(chosen.spread), LEAST_SPREAD), 180.0),  # the property is a float32
         front_only=chosen.use_front_only,
         bent=_bent(chosen),
         coding=_coding(chosen),

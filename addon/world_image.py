@@ -30,7 +30,8 @@ class PlainImage:
 
 def plain_image(world: bpy.types.World) -> PlainImage | None:
     """The image, where the World is an Environment Texture, turned by a Mapping or not, on a Background; else None."""
-    if not has_nodes(world) or world.node_tree.animation_data or not world.cycles_visibility.diffuse:
+    visibility = getattr(world, "cycles_visibility", None)  # None where Blender's Cycles is switched off
+    if not has_nodes(world) or world.node_tree.animation_data or not (visibility is None or visibility.diffuse):
         return None
     output = world.node_tree.get_output_node("CYCLES")
     background = _source(output and output.inputs["Surface"], "BACKGROUND")

@@ -63,6 +63,7 @@ class _Map:
         self.coverage: Floats = np.zeros_like(first.coverage)
         self.shared = self.rays = self.count = 0
         self.squares = self.p99 = 0.0
+        self.mixes = first.mixes
 
     def add(self, part: BakedMap) -> None:
         count = int(np.count_nonzero(part.covered))
@@ -78,13 +79,14 @@ class _Map:
     def finish(self, margin: int) -> BakedMap:
         covered = self.covered
         return BakedMap(
-            values=fill_margins(self.values, covered, margin),
+            values=fill_margins(self.values, covered, margin) if self.mixes else self.values,
             covered=covered,
             coverage=np.minimum(self.coverage, np.float32(1.0)),
             error=float(np.sqrt(self.squares / max(self.count, 1))),
             p99=self.p99,
             mean=float(self.values[covered].mean(dtype=np.float64)) if covered.any() else 1.0,
             rays=self.rays,
+            mixes=self.mixes,
         )
 
 

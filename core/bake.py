@@ -22,7 +22,6 @@ from .environment import Environment
 from .errors import InputError
 from .estimators import AO, Axis, Estimator, Falloff
 from .field import Field
-from .finish import fill_margins
 from .frames import Texture, check_tangents
 from .highs import onto_highs
 from .kernel_api import Control
@@ -102,6 +101,8 @@ class Settings:
             raise InputError(f"falloff {self.falloff.name.lower()}: it needs a distance to fall off over; give one")
         if not LEAST_SPREAD <= self.spread <= 180.0:
             raise InputError(f"spread {self.spread:g}: give {LEAST_SPREAD:g} to 180 degrees")
+        if self.spread < 180.0 and (whole := self._of_whole_lobes):
+            raise InputError(f"spread {self.spread:g}: {whole} is of whole lobes; leave it out, or give 180 degrees")
         if not 0 <= self.margin <= MAX_SIZE:
             raise InputError(f"margin {self.margin}: give 0 to {MAX_SIZE} texels")
         if not 0 <= self.threads <= MAX_THREADS:
@@ -112,6 +113,15 @@ class Settings:
         if not estimator.is_light:
             return [estimator.name]
         return [picture_of(estimator, kind) for kind in (RATIO, LIGHT) if kind in self.lights]
+
+    @property
+    def _of_whole_lobes(self) -> str:
+        """What is asked for that has no meaning within a cone of directions; empty: nothing."""
+        if self.coding is not None:
+            return "a directional code"
+        if LIGHT in self.lights and any(each.is_light for each in self.estimators):
+            return "the light itself (not its share)"
+        return "dividing by the horizon" if self.divide_horizon else ""
 
     @property
     def needs_tangents(self) -> bool:
@@ -224,8 +234,7 @@ class Baker:
         if settings.coding is not None and texture is not None:
             with timed(seconds, "code"):
                 coder = Coder(frame.scene, surface, texels.owner, texture, bench.rays(1, _CODES))
-                bench.enter("tracing the directional code", rays=True)
-                code = maps[settings.coding.code.name] = self._coded(coder, settings.coding, finisher)
+                code = maps[settings.coding.code.name] = self._coded(coder, settings.coding, finisher, bench)
                 traced += code.rays
         warnings += [*texels.warnings, *inside.warning(target.name, share), *turned.warning(target.name, backs)]
         if AO.name in maps and share < inside.TOLD and backs < inside.TOLD:
@@ -234,19 +243,15 @@ class Baker:
         what = (target.name, settings.width, settings.height, texels.count, traced, maps)
         return Baked(*what, share, texels.overlapped, backs, seconds, warnings, tile)
 
-    def _coded(self, coder: Coder, coding: Coding, finisher: Finisher) -> BakedMap:
-        settings, progress = self._settings, self._progress
+    def _coded(self, coder: Coder, coding: Coding, finisher: Finisher, bench: _Bench) -> BakedMap:
         values = np.zeros((*coder.owner.shape, coding.code.count), dtype=np.float32)
         flat = values.reshape(-1, coding.code.count)
-        for these, codes in coder.values(coding, progress.control):
-            progress.raise_if_cancelled()
+        for these, codes in coder.values(coding, bench.enter_code):
             flat[these] = codes
-        error = coder.error(values, coding, settings.seed)
+        error = coder.error(values, coding, self._settings.seed)
         covered = coder.owner >= 0
-        # Bytes of masks cannot be averaged; they are read unfiltered, and need no margin.
-        filled = values if coding.code.kind == "mask" else fill_margins(values, covered, settings.margin)
         rays = coding.rays * int(np.count_nonzero(covered))
-        return finisher.finished(filled, covered, error, float(values[covered].mean()), rays)
+        return finisher.finished(values, covered, error, rays, mixes=coding.code.kind != "mask")
 
     def _onto_highs(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> tuple[Placed, Texels]:
         control = self._progress.enter(f"{target.name}: looking for high meshes", _INSIDE)
@@ -313,7 +318,10 @@ class _Bench:
         # More triangles than texels: the rays of neighbouring texels mostly meet different ones (docs/figures.md).
         self._coherent = frame.triangles <= texels.count
         self._camera, self._settings, self._progress = camera, settings, progress
-        self._left = _TRACE[0]  # where in the bar the next stage begins
+        # Where in the bar the next stage begins, and where the code does, which takes as long as maps may.
+        self._left, self._end = _TRACE
+        if settings.coding is not None:
+            self._end = 0.5 * (self._left + self._end) if estimators else self._left
         self._divided = settings.divide_horizon and camera is not None
 
     def solve(self, seconds: dict[str, float]) -> list[Solved]:
@@ -437,11 +445,16 @@ class _Bench:
     def enter(self, stage: str, *, rays: bool = False) -> Control:
         """The next stage. How many there will be nobody knows: each gets half of what is left of the bar, a bake of a
         given number of rays all of it."""
-        start, end = self._left, _TRACE[1]
+        start, end = self._left, self._end
         if not self._settings.goal.plain:
             end = 0.5 * (start + end)
         self._left = end
         return self._progress.enter(f"{self._target.name}: {stage}", (start, end), rays=rays)
+
+    def enter_code(self, before: float, after: float) -> Control:
+        """The stage of the directional code, from one share of it to another."""
+        start, end = (self._end + share * (_TRACE[1] - self._end) for share in (before, after))
+        return self._progress.enter(f"{self._target.name}: tracing the directional code", (start, end), rays=True)
 
 
 def _openings(sums: Sums, estimators: Sequence[Estimator], rays: int) -> list[tuple[Floats, Floats | None]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -51,9 +51,18 @@ class Coder:
     texture: Texture
     rays: Rays
 
-    def values(self, coding: Coding, control: Control | None = None) -> Iterator[tuple[NDArray[np.int64], Floats]]:
-        """Texels, y · W + x, and their codes, (N, count) float32, band by band. Raises InputError without tangents."""
-        for number, these in enumerate(in_bands(_by_tile(self.owner), _BAND)):
+    def values(
+        self, coding: Coding, enter: Callable[[float, float], Control]
+    ) -> Iterator[tuple[NDArray[np.int64], Floats]]:
+        """Texels, y · W + x, and their codes, (N, count) float32, band by band.
+
+        enter: called before each, with the shares of all that are done before and after it, for its kernel call's
+        control. Raises InputError without tangents, Cancelled.
+        """
+        texels = _by_tile(self.owner)
+        for number, these in enumerate(in_bands(texels, _BAND)):
+            before = number * _BAND
+            control = enter(before / len(texels), (before + len(these)) / len(texels))
             tangents = world_tangents(self.texture.frames(these), self.texture.target.matrix)
             how = replace(self.rays, count=coding.rays, seed=self.rays.seed + number * _BAND)
             cells = trace_cells(self.scene, self.surface, self.owner, these, tangents, _SIDE, how, control=control)

@@ -45,11 +45,13 @@ def fill_margin(values: Floats, covered: Bools, pixels: int) -> Floats:
 
 
 def fill_margins(values: Floats, covered: Bools, pixels: int) -> Floats:
-    """`fill_margin` for (h, w) values, or (h, w, c), each channel by itself."""
+    """`fill_margin` for (h, w) values, or (h, w, c), each channel by itself; these are filled where they are, for
+    a second array of a directional code can be too large."""
     if values.ndim == 2:
         return fill_margin(values, covered, pixels)
-    channels = [fill_margin(values[..., channel], covered, pixels) for channel in range(values.shape[2])]
-    return np.stack(channels, axis=2)
+    for channel in range(values.shape[2]):
+        values[..., channel] = fill_margin(values[..., channel], covered, pixels)
+    return values
 
 
 def _framed(image: NDArray[Kind]) -> NDArray[Kind]:

@@ -33,8 +33,8 @@ def check_tangents(target: Instance) -> None:
     """Raises InputError where the target's mesh has no tangents."""
     if target.mesh.tangents is None:
         raise InputError(
-            f"{target.name}: it has no tangents, for its mesh has no UV map to take them from; unwrap it, or bake bent "
-            "normals in object or world space"
+            f"{target.name}: it has no tangents, for its mesh has no UV map to take them from; unwrap it, or bake "
+            "neither a directional code nor bent normals in tangent space"
         )
 
 

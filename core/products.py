@@ -28,8 +28,9 @@ _BAND = 1 << 18  # texels that are worked on at a time
 class BakedMap:
     """One finished image. values: (H, W) float32, or (H, W, C), with margins; covered: (H, W) bool; coverage: (H, W)
     float32, 0 in margins; error: measured RMSE over the covered texels, and p99 the error that 99 of 100 stay within
-    (probes.py); mean: their mean; rays: all that made it, but for those that measured its error. Values are 0 to 1,
-    but for noise above 1 where the horizon was divided out and nothing filtered, and but for light.
+    (probes.py); mean: their mean, of all channels; rays: all that made it, but for those that measured its error; mixes:
+    whether values of texels may be averaged, as bytes of masks may not, which therefore have no margin. Values are 0 to
+    1, but for noise above 1 where the horizon was divided out and nothing filtered, and but for light.
 
     Of bent normals the error is the length of the difference, of small angles these in radians, each texel counted by
     its AO. Of light it is that of the share that gets through, as of its ratio."""
@@ -41,6 +42,7 @@ class BakedMap:
     p99: float
     mean: float
     rays: int
+    mixes: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,7 @@ class Finisher:
         """The images of one estimator by name; wanted: names of the maps that were asked for by name."""
         if estimator.counts is Counts.LIGHT:
             assert solved.more is not None
-            shares = np.moveaxis(solved.more, 0, -1)
+            shares = np.ascontiguousarray(np.moveaxis(solved.more, 0, -1))
             ratio, level = picture_of(estimator, RATIO), picture_of(estimator, LIGHT)
             if ratio in wanted:
                 yield ratio, self._solved(shares, solved, solved.error)
@@ -102,13 +104,16 @@ class Finisher:
         return mirrored
 
     def _solved(self, values: Floats, solved: Solved, error: Error) -> BakedMap:
-        filled = fill_margins(values, solved.covered, self.margin)
-        return self.finished(filled, solved.covered, error, solved.mean, solved.rays)
+        return self.finished(values, solved.covered, error, solved.rays)
 
-    def finished(self, filled: Floats, covered: NDArray[np.bool_], error: Error, mean: float, rays: int) -> BakedMap:
-        """A map whose margin is filled. covered: (H, W) bool, texels with a value."""
+    def finished(
+        self, values: Floats, covered: NDArray[np.bool_], error: Error, rays: int, *, mixes: bool = True
+    ) -> BakedMap:
+        """A map with its margin, written into `values`. covered: (H, W) bool, texels with a value."""
         coverage = np.where(covered, self.coverage, np.float32(0.0))
-        return BakedMap(filled, covered, coverage, error.rmse, error.p99, mean, rays)
+        mean = float(values[covered].mean(dtype=np.float64)) if covered.any() else 0.0
+        filled = fill_margins(values, covered, self.margin) if mixes else values
+        return BakedMap(filled, covered, coverage, error.rmse, error.p99, mean, rays, mixes)
 
 
 def picture_of(estimator: Estimator, kind: str) -> str:

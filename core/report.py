@@ -57,7 +57,8 @@ def rays_per_texel(entry: Json) -> float:
 
 def million_rays_per_second(entry: Json) -> float:
     """Of an entry's tracing."""
-    return float(entry["rays"] / max(entry["seconds"]["trace"], 1e-9) / 1e6)
+    seconds = entry["seconds"]["trace"] + entry["seconds"]["code"]
+    return float(entry["rays"] / max(seconds, 1e-9) / 1e6)
 
 
 def first_of(names: Sequence[str], most: int) -> str:

@@ -55,14 +55,13 @@ class Goal:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """One map. values: (H, W) float32, its first row. covered: (H, W) bool, texels with a value. error, mean: over
+    """One map. values: (H, W) float32, its first row. covered: (H, W) bool, texels with a value. error: over
     them. rays: all that made the values; those that measured the error not among them. met: whether the error asked for
     was reached. more: (R - 1, H, W) float32, the other rows, and more_error theirs together."""
 
     values: Floats
     covered: NDArray[np.bool_]
     error: Error
-    mean: float
     rays: int
     met: bool = True
     more: Floats | None = None
@@ -105,15 +104,15 @@ def solve(
     """Solve one map. opening: the first round, as `TraceRound` gives it, of `first_rays` rays; the half of it may be
     None where neither an error nor the filter is asked for. Its first row decides where rays go.
 
-    Texels that face away from the camera (a sum of -1) are not covered. A map without any covered texel has error and
-    mean 0. Raises Cancelled, MemoryError.
+    Texels that face away from the camera (a sum of -1) are not covered. A map without any covered texel has error 0.
+    Raises Cancelled, MemoryError.
     """
     covered = (owner >= 0) & (opening[0][0] >= 0.0)
     if goal.plain:
         count = int(np.count_nonzero(covered))
         values, *more = (np.where(covered, row / np.float32(goal.rays), np.float32(0.0)) for row in opening[0])
         probed, error = _measure(values, np.zeros_like(values), covered, goal, seed, means, goal.rays * count)
-        return _with_more(_solved(values, covered, error, count * goal.rays), more, probed, means)
+        return _with_more(Solved(values, covered, error, count * goal.rays), more, probed, means)
     rounds = _Rounds(owner, covered, goal, exponent, means)
     rounds.open(opening)
     del opening  # as large as the image
@@ -121,7 +120,7 @@ def solve(
     while goal.error is not None and not error.within(goal.error) and rounds.go_on(probed, error):
         probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, means, rounds.rays, probed)
     met = goal.error is None or error.within(goal.error) or error.rmse <= goal.error
-    return _with_more(_solved(rounds.values, covered, error, rounds.rays, met), rounds.more(), probed, means)
+    return _with_more(Solved(rounds.values, covered, error, rounds.rays, met), rounds.more(), probed, means)
 
 
 def _with_more(solved: Solved, rows: Sequence[Floats], probed: Probes, means: Means) -> Solved:
@@ -129,11 +128,6 @@ def _with_more(solved: Solved, rows: Sequence[Floats], probed: Probes, means: Me
         return solved
     more: Floats = np.stack(rows)
     return replace(solved, more=more, more_error=probed.error_of_more(more, means.counts))
-
-
-def _solved(values: Floats, covered: NDArray[np.bool_], error: Error, rays: int, met: bool = True) -> Solved:
-    mean = float(values[covered].mean(dtype=np.float64)) if covered.any() else 0.0
-    return Solved(values, covered, error, mean, rays, met)
 
 
 def _measure(

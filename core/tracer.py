@@ -45,7 +45,7 @@ class Geometry:
         control: api.Control | None = None,
         through: Through = OPAQUE,
     ) -> None:
-        self.device = device
+        self.device, self.through = device, through  # the kernel reads the cutout's arrays where they are
         self.handle = c_void_p()
         mesh = (*_mesh(vertices, triangles), *_through(through, len(triangles)))
         status = api.library().ob_mesh_build(device.handle, *mesh, pointer_to(control), byref(self.handle))
@@ -62,6 +62,7 @@ class TraceScene:
         api.check(api.library().ob_scene_begin(device.handle, byref(self.handle)))
         api.release_with(self, "ob_scene_free", self.handle)
         self._count = 0
+        self._kept: list[Through] = []  # the kernel reads their arrays where they are
 
     def add(self, vertices: Floats, triangles: Ints, through: Through = OPAQUE) -> int:
         """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32. Returns their number in it, -1 for none."""
@@ -69,6 +70,7 @@ class TraceScene:
             return -1
         mesh = (*_mesh(vertices, triangles), *_through(through, len(triangles)))
         api.check(api.library().ob_scene_add_triangles(self.handle, *mesh))
+        self._kept.append(through)
         self._count += 1
         return self._count - 1
 
@@ -79,6 +81,7 @@ class TraceScene:
             self.handle, geometry.handle, api.address(rows, np.float32), len(rows)
         )
         api.check(status)
+        self._kept.append(geometry.through)
         self._count += len(rows)
 
     def commit(self, control: api.Control | None = None) -> None:
@@ -310,7 +313,7 @@ def _mesh(vertices: Floats, triangles: Ints) -> tuple[int | None, int, int | Non
 
 
 def _through(through: Through, triangles: int) -> tuple[Any, int]:
-    """As the kernel takes it, and copies it. Raises InputError for a cutout of another mesh."""
+    """As the kernel takes it. Its arrays are not copied. Raises InputError for a cutout of another mesh."""
     cutout = through.cutout
     if cutout is None:
         return None, int(through.front_only)

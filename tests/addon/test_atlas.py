@@ -261,6 +261,12 @@ def test_the_command_writes_a_file_a_tile(make: Any, bake: Any) -> None:
     run_ = bake()
     assert [entry["tile"] for entry in run_.report["objects"]] == [1001, 1003]
     assert {"Tiled_ao.1001.png", "Tiled_ao.1003.png"} <= set(run_.files)
+    coded = bake("--code", "sh_1", "--output", str(run_.folder / "coded"))
+    assert {path.name for path in (run_.folder / "coded").glob("*sh_1*")} == {
+        "Tiled_sh_1_0.1001.png",
+        "Tiled_sh_1_0.1003.png",
+    }
+    assert coded.status == 0
     alone = bake("--no-udim", "--output", str(run_.folder / "alone"))
     assert alone.status == 0
     assert (run_.folder / "alone" / "Tiled_ao.png").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,18 @@ def test_another_size_scales_the_image() -> None:
     again = store(baked(size=(3, 8)))["ao"]
     assert again == first and tuple(again.size) == (3, 8)
     np.testing.assert_array_equal(pixels(again)[..., 0], baked(size=(3, 8)).maps["ao"].values)
+
+
+def test_alpha_survives_saving_in_the_place_of_a_map_without_it(tmp_path: Path) -> None:
+    plain = store(baked())["ao"]
+    plain.name = "Renamed by the artist"
+    values = np.random.default_rng(5).random((4, 6, 4), dtype=np.float32)
+    result = baked()
+    result.maps["ao"] = replace(result.maps["ao"], values=values)
+    assert store(result)["ao"].name == "Renamed by the artist"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
+    np.testing.assert_array_equal(pixels(bpy.data.images["Renamed by the artist"]), values)
 
 
 def test_an_image_of_the_artists_of_that_name_is_left_alone() -> None:

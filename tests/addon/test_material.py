@@ -10,6 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.addon.charting import CHART_MAP  # noqa: E402
 from occlusion_bake.addon.material import hook_up, is_hooked_up, unhook  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
@@ -199,6 +200,14 @@ def test_a_directional_code_goes_into_the_specular_level(
     assert product.inputs[0].default_value == pytest.approx(0.3)
     assert product.inputs[1].links[0].from_socket.name == "RO over Horizon"
     assert {f"Coded SH 3 {number}" for number in range(4)} <= {image.name for image in bpy.data.images}
+    rebuilt = product.inputs[1].links[0].from_node
+    rebuilt.inputs["Exponent"].default_value = 30.0
+    set_panel(uv="CHARTS")
+    assert press("Coded") == {"FINISHED"}
+    places = {node.uv_map for node in material.node_tree.nodes if node.type == "UVMAP"}
+    assert places == {CHART_MAP} and product.inputs[1].links[0].from_node == rebuilt
+    frames = {node.uv_map for node in rebuilt.node_tree.nodes if node.type == "NORMAL_MAP"}
+    assert frames == {CHART_MAP} and rebuilt.inputs["Exponent"].default_value == 30.0
     bpy.ops.occlusion_bake.unhook()
     assert len(material.node_tree.nodes) == before
     assert surface.inputs["Specular IOR Level"].default_value == pytest.approx(0.3)

@@ -130,6 +130,32 @@ def test_it_is_what_the_core_rebuilds(
     np.testing.assert_allclose(found[on_floor], expected, atol=4e-3)
 
 
+@pytest.mark.parametrize("uv", [PLAIN, MIRRORED])
+def test_about_a_normal_that_is_given(uv: Any, floor: Callable[..., Any], tmp_path: Path) -> None:
+    code, exponent = code_of_a_corner(), 12.0
+    normal = np.array([0.48, -0.36, 0.8])
+    obj = floor(uv)
+    shown(obj, code, "RO", exponent)
+    tree = obj.active_material.node_tree
+    given = tree.nodes.new("ShaderNodeCombineXYZ")
+    for socket, value in zip(given.inputs, normal, strict=True):
+        socket.default_value = value
+    node = next(each for each in tree.nodes if each.type == "GROUP")
+    tree.links.new(given.outputs[0], node.inputs["Normal"])
+    camera = camera_at(EYE)
+    found = rendered(tmp_path / "seen.exr").ravel()
+    views = views_of(camera)
+    seen = (views[:, 2] > 0.05) & (views @ normal > 0.02)
+    tangent = np.array([1.0 if uv == PLAIN else -1.0, 0.0, 0.0])
+    tangent -= normal * (tangent @ normal)
+    tangent /= np.linalg.norm(tangent)
+    bitangent = np.cross(normal, tangent) * (1.0 if uv == PLAIN else -1.0)
+    local = np.stack([-views @ tangent, -views @ bitangent, views @ normal], axis=1)[seen]
+    expected = rebuild(np.repeat(code, len(local), axis=0), local, exponent)
+    assert expected.std() > 0.05 and seen.mean() > 0.8
+    np.testing.assert_allclose(found[seen], expected, atol=4e-3)
+
+
 @pytest.mark.parametrize("output", ["Open Horizon", "RO over Horizon"])
 def test_of_an_open_surface(output: str, floor: Callable[..., Any], tmp_path: Path) -> None:
     shown(floor(PLAIN), fit(np.ones((1, 8, 8), np.float32), 3), output, 40.0)

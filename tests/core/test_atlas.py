@@ -10,6 +10,8 @@ import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.atlas import Atlas
 from occlusion_bake.core.bake import Baked, Settings, bake
+from occlusion_bake.core.codes import Code
+from occlusion_bake.core.coding import Coding
 from occlusion_bake.core.estimators import reflection
 from occlusion_bake.core.scene import Camera, Scene
 
@@ -56,6 +58,17 @@ def test_the_margin_is_of_the_whole(shapes: Any) -> None:
     column = np.flatnonzero(parts[1].maps["ao"].covered[32])[0]
     assert_array_equal(ao.values[32, column - 3 : column], 1.0)
     assert ao.values[32, column - 4] == pytest.approx(ao.mean, rel=1e-5)
+
+
+def test_bytes_of_masks_have_no_margin(shapes: Any) -> None:
+    lower, upper = (replace(each, mesh=shapes.with_tangents(each.mesh)) for each in halves(shapes))
+    settings = replace(SETTINGS, estimators=(), coding=Coding(Code("mask", 8)))
+    parts = list(bake(Scene([lower, upper], [lower, upper]), settings))
+    mask = in_one("both", parts, 3).maps["mask_8"]
+    assert np.all(mask.values[~mask.covered] == 0.0)
+    for part in parts:
+        made = part.maps["mask_8"]
+        assert_array_equal(mask.values[made.covered], made.values[made.covered])
 
 
 def test_objects_that_overlap_are_told(shapes: Any) -> None:

@@ -136,6 +136,6 @@ def test_ao_is_what_it_is_without_bent_normals(shapes: Any, bake_one: Any) -> No
 
 
 def test_tangent_space_needs_tangents(shapes: Any, bake_one: Any) -> None:
-    with pytest.raises(InputError, match=r"patch: it has no tangents.*object or world space"):
+    with pytest.raises(InputError, match=r"patch: it has no tangents.*nor bent normals in tangent space"):
         bake_one(shapes.scene(shapes.patch()), bent=Bent())
     assert Settings(bent=Bent()).bent == Bent(Space.TANGENT, False, False)

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from occlusion_bake.core import coding
+from occlusion_bake.core.bake import Settings, bake
 from occlusion_bake.core.codes import Code, rebuild
 from occlusion_bake.core.coding import Coding
 from occlusion_bake.core.embree import open_device
 from occlusion_bake.core.errors import InputError
-from occlusion_bake.core.estimators import reflection
+from occlusion_bake.core.estimators import AO, reflection
 from occlusion_bake.core.horizon import open_horizon
+from occlusion_bake.core.progress import Progress
 from occlusion_bake.core.scene import Camera, placed
 from occlusion_bake.core.tracer import Rays, TraceScene, trace_cells
 
@@ -83,6 +86,26 @@ def test_in_the_open_it_is_the_open_horizon(shapes: Any, bake_one: Any) -> None:
     for way in ways:
         rebuilt = rebuild(made.values.reshape(-1, 16), code, np.repeat(way[None], 256, axis=0), 20.0)
         np.testing.assert_allclose(rebuilt, open_horizon(20.0, way[2]), atol=1e-4)
+
+
+@pytest.mark.parametrize("others", [(), (AO,)])
+def test_the_bar_goes_on_through_its_bands_to_the_end(
+    others: Any, shapes: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(coding, "_BAND", 300)
+
+    class Watched(Progress):
+        def enter(self, stage: str, share: tuple[float, float] = (0.0, 0.0), *, rays: bool = False) -> Any:
+            if "code" in stage:
+                shares.append(share)
+            return super().enter(stage, share, rays=rays)
+
+    shares: list[tuple[float, float]] = []
+    settings = Settings(others, 32, 32, rays=4, coding=Coding(Code("sh", 3)))
+    list(bake(shapes.scene(shapes.with_tangents(shapes.patch())), settings, Watched()))
+    starts, ends = np.transpose(shares)
+    assert len(shares) == 4 and ends[-1] == 1.0 and np.all(starts < ends)
+    np.testing.assert_allclose(starts[1:], ends[:-1])
 
 
 def test_wrong_rays_and_missing_tangents_are_refused(shapes: Any, bake_one: Any) -> None:

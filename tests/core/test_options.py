@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from occlusion_bake.core.bake import Settings, bake
+from occlusion_bake.core.codes import Code
+from occlusion_bake.core.coding import Coding
 from occlusion_bake.core.cutout import Alpha, Cutout, Wrap
 from occlusion_bake.core.errors import InputError
-from occlusion_bake.core.estimators import AO, Falloff, reflection
+from occlusion_bake.core.estimators import AO, Falloff, light, reflection
+from occlusion_bake.core.products import LIGHT
 from occlusion_bake.core.scene import Mesh, Scene
 
 HEIGHT, DISTANCE = 0.5, 2.0
@@ -114,7 +117,7 @@ def test_a_plate_of_some_opacity_lets_the_rest_through(
 ) -> None:
     """Each of two layers blocks that share of the rays that reach it."""
     for copies in (1, 2):
-        means = means_of(cut_scene(shapes, checker(np.array([[opacity]])), copies), rays=256, size=8)
+        means = means_of(cut_scene(shapes, checker(np.array([[opacity]])), copies), rays=1024, size=8)
         assert_mean(means["ao"], (1 - opacity) ** copies, slack=1e-5)
 
 
@@ -145,11 +148,15 @@ def test_a_cutout_that_is_opaque_changes_nothing(shapes: Any, bake_one: Any) -> 
         ({"falloff": Falloff.LINEAR}, "falloff linear: it needs a distance"),
         ({"spread": 0.0}, "spread 0"),
         ({"spread": 181.0}, "spread 181"),
+        ({"spread": 60.0, "coding": Coding(Code("sh", 3))}, "spread 60: a directional code is of whole lobes"),
+        ({"spread": 60.0, "estimators": (light(),), "lights": frozenset({LIGHT})}, "spread 60: the light itself"),
+        ({"spread": 60.0, "divide_horizon": True}, "spread 60: dividing by the horizon"),
     ],
 )
 def test_wrong_settings_are_refused(wrong: dict[str, Any], line: str) -> None:
     with pytest.raises(InputError, match=line):
         Settings(**wrong)
+    assert Settings(spread=60.0, estimators=(light(),)).spread == 60.0  # the share has a meaning within a cone
 
 
 def test_an_occluder_behind_another_is_met_through_its_hole(shapes: Any) -> None:

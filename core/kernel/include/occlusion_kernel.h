@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 7 };
+enum { OB_ABI_VERSION = 8 };
 
 enum ob_status {
   OB_OK = 0,
@@ -98,11 +98,13 @@ typedef struct ob_alpha {
   int32_t wrap;
 } ob_alpha;
 
-/* Where the triangles of a mesh let light through. Opacity between 0 and 1 blocks that share of the rays. */
+/* Where the triangles of a mesh let light through. Opacity between 0 and 1 blocks that share of the rays.
+   The arrays are not copied, for many meshes may share a picture: they must stay until the mesh, and every scene that
+   it is in, is freed. The structs themselves may go. */
 typedef struct ob_cutout {
   const float *uv;        /* triangle_count x 3 x 2, v up */
   const int32_t *alpha;   /* triangle_count: which of the pictures is on it, -1: it is opaque */
-  const ob_alpha *alphas; /* copied, as all of it */
+  const ob_alpha *alphas;
   int32_t alpha_count;
 } ob_cutout;
 
@@ -194,14 +196,14 @@ OB_API const char *ob_error_message(void);
 OB_API int32_t ob_device_open(const char *embree_path, int32_t threads, ob_device **device, ob_device_info *info);
 OB_API void ob_device_close(ob_device *device);
 
-/* A mesh of its own, to be instanced. The arrays are copied. cutout: NULL where all of it is opaque. front_only: not 0:
+/* A mesh of its own, to be instanced. The arrays are copied, but for the cutout's. cutout: NULL where all of it is opaque. front_only: not 0:
  * rays go through its triangles from behind. Both are for rays that look for V, not for ob_first_hits or ob_inside. */
 OB_API int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_count, const int32_t *triangles,
                              int64_t triangle_count, const ob_cutout *cutout, int32_t front_only, ob_control *control,
                              ob_mesh **mesh);
 OB_API void ob_mesh_free(ob_mesh *mesh);
 
-/* A scene is begun, filled, committed once, traced any number of times. Arrays are copied; meshes are kept alive.
+/* A scene is begun, filled, committed once, traced any number of times. Arrays are copied, but for cutouts'; meshes are kept alive.
  * What is added is numbered from 0, in order, each instance by itself. */
 OB_API int32_t ob_scene_begin(ob_device *device, ob_scene **scene);
 OB_API int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count,

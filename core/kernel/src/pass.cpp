@@ -25,7 +25,7 @@ int64_t wrapped(int64_t i, int64_t size, int32_t wrap) {
   }
 }
 
-float texel(const Picture &picture, int64_t column, int64_t row) {
+float texel(const ob_alpha &picture, int64_t column, int64_t row) {
   const int64_t x = wrapped(column, picture.width, picture.wrap);
   const int64_t y = wrapped(row, picture.height, picture.wrap);
   if (x < 0 || y < 0) {
@@ -55,7 +55,9 @@ template <int W> void filter_packet(const RTCFilterFunctionNArguments &arguments
     const uint32_t triangle = bits_of(number(5, lane));
     // The same ray meets the same luck at the same triangle, however often Embree asks.
     uint32_t seed = mix(bits_of(rays.dir_x[lane]), bits_of(rays.dir_y[lane]));
-    seed = mix(mix(seed, bits_of(rays.org_x[lane])), bits_of(number(6, lane)));
+    for (const float part : {rays.org_x[lane], rays.org_y[lane], rays.org_z[lane], number(6, lane), number(7, lane)}) {
+      seed = mix(seed, bits_of(part)); // 6, 7: the geometry, the instance
+    }
     if (pass.lets_through(triangle, number(3, lane), number(4, lane), facing, mix(seed, triangle))) {
       arguments.valid[lane] = 0;
     }
@@ -82,16 +84,14 @@ bool usable(const ob_alpha &alpha) {
          alpha.wrap <= OB_WRAP_MIRROR;
 }
 
-} // namespace
-
-float Picture::at(double u, double v) const {
-  const double x = u * width;
-  const double y = v * height;
+float value_at(const ob_alpha &picture, double u, double v) { // v up
+  const double x = u * picture.width;
+  const double y = v * picture.height;
   if (!(std::fabs(x) < 1e15 && std::fabs(y) < 1e15)) { // beyond it, or no number, there is no place
     return 1.0F;
   }
-  if (!linear) {
-    return texel(*this, static_cast<int64_t>(std::floor(x)), static_cast<int64_t>(std::floor(y)));
+  if (picture.linear == 0) {
+    return texel(picture, static_cast<int64_t>(std::floor(x)), static_cast<int64_t>(std::floor(y)));
   }
   const double left = std::floor(x - 0.5);
   const double low = std::floor(y - 0.5);
@@ -99,22 +99,18 @@ float Picture::at(double u, double v) const {
   const auto row = static_cast<int64_t>(low);
   const auto across = static_cast<float>(x - 0.5 - left);
   const auto up = static_cast<float>(y - 0.5 - low);
-  const float below = texel(*this, column, row) * (1.0F - across) + texel(*this, column + 1, row) * across;
-  const float above = texel(*this, column, row + 1) * (1.0F - across) + texel(*this, column + 1, row + 1) * across;
+  const float below = texel(picture, column, row) * (1.0F - across) + texel(picture, column + 1, row) * across;
+  const float above = texel(picture, column, row + 1) * (1.0F - across) + texel(picture, column + 1, row + 1) * across;
   return below * (1.0F - up) + above * up;
 }
 
-Pass::Pass(const ob_cutout *cutout, int64_t triangle_count, bool front_only) : front_only_(front_only) {
-  if (cutout == nullptr) {
-    return;
-  }
-  uv_.assign(cutout->uv, cutout->uv + 6 * triangle_count);
-  alpha_.assign(cutout->alpha, cutout->alpha + triangle_count);
-  for (int32_t i = 0; i < cutout->alpha_count; ++i) {
-    const ob_alpha &alpha = cutout->alphas[i];
-    const int64_t size = static_cast<int64_t>(alpha.width) * alpha.height;
-    pictures_.push_back(
-        {{alpha.values, alpha.values + size}, alpha.width, alpha.height, alpha.linear != 0, alpha.wrap});
+} // namespace
+
+Pass::Pass(const ob_cutout *cutout, bool front_only) : front_only_(front_only) {
+  if (cutout != nullptr) {
+    uv_ = cutout->uv;
+    alpha_ = cutout->alpha;
+    pictures_.assign(cutout->alphas, cutout->alphas + cutout->alpha_count);
   }
 }
 
@@ -122,16 +118,16 @@ bool Pass::lets_through(uint32_t triangle, float u, float v, float facing, uint3
   if (front_only_ && facing > 0.0F) {
     return true;
   }
-  if (triangle >= alpha_.size() || alpha_[triangle] < 0) {
+  if (alpha_ == nullptr || alpha_[triangle] < 0) {
     return false;
   }
-  const float *corner = uv_.data() + static_cast<size_t>(6) * triangle;
+  const float *corner = uv_ + static_cast<size_t>(6) * triangle;
   const double w = 1.0 - static_cast<double>(u) - static_cast<double>(v);
   const auto across = [&](int axis) {
     return w * static_cast<double>(corner[axis]) + static_cast<double>(u * corner[2 + axis]) +
            static_cast<double>(v * corner[4 + axis]);
   };
-  return pictures_[static_cast<size_t>(alpha_[triangle])].at(across(0), across(1)) <= to_unit(seed);
+  return value_at(pictures_[static_cast<size_t>(alpha_[triangle])], across(0), across(1)) <= to_unit(seed);
 }
 
 const char *complaint(const ob_cutout &cutout, int64_t triangle_count) {

@@ -3,7 +3,6 @@
 // Embree asks a filter of the geometry's at each hit; a geometry without one is traced at full speed.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "embree_api.h"
@@ -11,29 +10,20 @@
 
 namespace ob {
 
-struct Picture {
-  std::vector<float> values;
-  int32_t width, height;
-  bool linear;
-  int32_t wrap;
-
-  float at(double u, double v) const; // v up
-};
-
-// What a geometry's filter knows of it.
+// What a geometry's filter knows of it. The cutout's arrays stay the caller's.
 class Pass {
 public:
-  // The cutout may be NULL; of a mesh with so many triangles.
-  Pass(const ob_cutout *cutout, int64_t triangle_count, bool front_only);
+  // The cutout may be NULL.
+  Pass(const ob_cutout *cutout, bool front_only);
 
   // Whether a hit lets its ray through. facing: the ray's direction times the geometric normal. seed: the ray's.
   bool lets_through(uint32_t triangle, float u, float v, float facing, uint32_t seed) const;
 
 private:
   bool front_only_;
-  std::vector<float> uv_;
-  std::vector<int32_t> alpha_;
-  std::vector<Picture> pictures_;
+  const float *uv_ = nullptr;
+  const int32_t *alpha_ = nullptr; // NULL: all triangles are opaque
+  std::vector<ob_alpha> pictures_;
 };
 
 // What is wrong with a cutout; NULL: nothing.

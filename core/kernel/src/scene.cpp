@@ -132,9 +132,9 @@ int32_t add_triangles(Geometry &scene, const float *vertices, int64_t vertex_cou
       return fail(OB_INVALID, wrong);
     }
   }
-  std::unique_ptr<Pass> pass;
+  std::shared_ptr<Pass> pass;
   if (through.cutout != nullptr || through.front_only) {
-    pass = std::make_unique<Pass>(through.cutout, triangle_count, through.front_only);
+    pass = std::make_shared<Pass>(through.cutout, through.front_only);
   }
   const Device &device = *scene.device;
   const RTCGeometry geometry = device.embree.new_geometry(device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -265,8 +265,10 @@ int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matr
     if (mesh->geometry.device != scene->geometry.device) {
       return ob::fail(OB_INVALID, "instances of a mesh that was built on another device than the scene");
     }
-    const ob::Geometry &geometry = scene->geometry;
+    ob::Geometry &geometry = scene->geometry;
     const ob::Embree &embree = geometry.device->embree;
+    const auto &passes = mesh->geometry.passes;
+    geometry.passes.insert(geometry.passes.end(), passes.begin(), passes.end());
     for (int64_t i = 0; i < count; ++i) {
       const ob::RTCGeometry instance = embree.new_geometry(geometry.device->handle, ob::RTC_GEOMETRY_TYPE_INSTANCE);
       embree.set_geometry_instanced_scene(instance, mesh->geometry.handle);

@@ -24,7 +24,7 @@ struct Device {
 // A scene of Embree's. It keeps its device, and Embree keeps the scenes that it instances.
 struct Geometry {
   std::shared_ptr<Device> device;
-  std::vector<std::unique_ptr<Pass>> passes; // of its meshes that have one
+  std::vector<std::shared_ptr<Pass>> passes; // of its meshes, and those it instances, that have one
   RTCScene handle;
 
   explicit Geometry(std::shared_ptr<Device> owner);

@@ -88,6 +88,33 @@ static void test_opacity(const Device &device) {
   }
 }
 
+// Layers one above the other, of one mesh that nobody but the scene holds: each ray has its luck with each anew.
+static void test_instances_of_a_cutout(const Device &device) {
+  const Target floor = floor_of();
+  const Mesh mesh = plate();
+  const int32_t both[] = {0, 0};
+  const float half = 0.5F;
+  const ob_alpha alpha{&half, 1, 1, 0, OB_WRAP_REPEAT};
+  const ob_cutout cutout{mesh.uv.data(), both, &alpha, 1};
+  const Scene scene = begin_scene(device);
+  must(add(scene, floor.mesh));
+  {
+    ob_mesh *built = nullptr;
+    must(ob_mesh_build(device.get(), mesh.vertices.data(), mesh.vertex_count(), mesh.triangles.data(),
+                       mesh.triangle_count(), &cutout, 0, nullptr, &built));
+    const BuiltMesh plates(built);
+    std::vector<float> matrices;
+    for (const float up : {0.0F, 0.25F, 0.5F}) {
+      matrices.insert(matrices.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, up});
+    }
+    must(ob_scene_add_instances(scene.get(), plates.get(), matrices.data(), 3));
+  }
+  must(ob_scene_commit(scene.get(), nullptr));
+  for (const int32_t width : kWidths) {
+    CHECK_NEAR(mean_through(scene, floor, settings_of(1024, width)), 0.125, 0.01);
+  }
+}
+
 // What looks for surfaces meets them, clear or not.
 static void test_first_hits_are_not_let_through(const Device &device) {
   const Target floor = floor_of();
@@ -237,6 +264,7 @@ int main(int argc, char **argv) {
   test_nearest(device);
   test_backs_let_through(device);
   test_opacity(device);
+  test_instances_of_a_cutout(device);
   test_first_hits_are_not_let_through(device);
   test_cutouts_are_checked(device);
   test_bent(device);
