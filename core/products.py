@@ -28,7 +28,7 @@ _BAND = 1 << 18  # texels that are worked on at a time
 class BakedMap:
     """One finished image. values: (H, W) float32, or (H, W, C), with margins; covered: (H, W) bool; coverage: (H, W)
     float32, 0 in margins; error: measured RMSE over the covered texels, and p99 the error that 99 of 100 stay within
-    (probes.py); mean: their mean, of all channels; rays: all that made it, but for those that measured its error; mixes:
+    (probes.py); mean: theirs, of all channels; rays: all that made it, but for those that measured its error; mixes:
     whether values of texels may be averaged, as bytes of masks may not, which therefore have no margin. Values are 0 to
     1, but for noise above 1 where the horizon was divided out and nothing filtered, and but for light.
 

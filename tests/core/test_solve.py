@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose, assert_array_equal
+from numpy.testing import assert_array_equal
 from occlusion_bake.core.bake import Baked
 from occlusion_bake.core.counts import Counts
 from occlusion_bake.core.estimators import AO, reflection, sampled
