@@ -90,6 +90,8 @@ def _add_options(made: argparse.ArgumentParser) -> None:
     add("--min-distance", type=float, default=0.0, metavar="D", help="nearer occluders do not count (0)")
     add("--spread", type=float, default=180.0, metavar="DEGREES", help="the cone that rays stay in (180)")
     add("--front-faces", action="store_true", help="faces block no light that comes from behind them")
+    turned = "turn the normals as the normal maps of the objects' materials do"
+    add("--normal-maps", action="store_true", help=turned)
     space = "what bent normals are told by (tangent)"
     add("--bent-space", choices=[each.value for each in Space], default="tangent", help=space)
     add("--bent-y", choices=("up", "down"), default="up", help="which way their green points (up)")
@@ -175,6 +177,7 @@ def _made_settings(options: Any) -> Settings:
         falloff=Falloff[options.falloff.upper()],
         spread=options.spread,
         front_only=options.front_faces,
+        normal_maps=options.normal_maps,
         bent=_bent(options),
         coding=None if options.code is None else Coding(_code(options.code), options.code_rays),
         lights=frozenset(kind for name, kind in _LIGHTS.items() if name in options.maps) or Settings.lights,

@@ -90,6 +90,7 @@ def child_arguments(options: Options, samples: int, folder: Path, report: Path) 
     words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []
     words += ["--falloff", chosen.falloff.name.lower(), "--min-distance", repr(chosen.nearest)]
     words += ["--spread", repr(chosen.spread)] + ["--front-faces"] * chosen.front_only
+    words += ["--normal-maps"] * chosen.normal_maps
     words += ["--occluders", *_occluders(options)] + ["--ground"] * options.occluding.ground + ["--no-udim"]
     return words + ([f"--uv={options.uv}"] if options.uv is not None else [])
 

@@ -59,7 +59,15 @@ def compare_with_cycles(
     entry = comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
     return {
         **entry,
-        "reasons": reasons_to_differ(target.name, ours.values[mask], samples, other, counting, _of_our_own(settings)),
+        "reasons": reasons_to_differ(
+            target.name,
+            ours.values[mask],
+            samples,
+            other,
+            counting,
+            _of_our_own(settings),
+            normal_maps=settings.normal_maps,
+        ),
     }
 
 

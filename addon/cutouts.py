@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import bpy
 import numpy as np
 
-from ..core.cutout import OPAQUE, Alpha, Cutout, Wrap, simplified
-from ..core.scene import Floats, Ints
+from ..core.cutout import OPAQUE, Alpha, Cutout, simplified
+from ..core.picture import Wrap
+from ..core.scene import Ints
 from .fields import Field, Lookup
+from .mesh_data import places_of, slots_of
 from .opacity import opacity_of
 from .pictures import Pictures, Unread
 
@@ -29,9 +30,8 @@ class Opacities:
     override: a material that stands for all, as a view layer can have.
     """
 
-    def __init__(self, override: bpy.types.Material | None = None) -> None:
-        self._override = override
-        self._pictures = Pictures()
+    def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
+        self._override, self._pictures = override, pictures or Pictures()
         self._covers: dict[str, Cover] = {}
         self._alphas: dict[tuple[int, bool, Wrap], Alpha] = {}  # by the address of the values, which they keep
 
@@ -48,7 +48,8 @@ class Opacities:
         try:
             opacity = opacity_of(material, self._pictures)
         except Unread as unread:
-            lines.append(f"{material.name}: {unread.what}; it blocks light as if opaque; {unread.cure}")
+            what, cure = unread.in_words("alpha"), unread.cure or "bake its opacity into an image, and use that"
+            lines.append(f"{material.name}: {what}; it blocks light as if opaque; {cure}")
             return Cover()
         if opacity.note:
             lines.append(f"{material.name}: {opacity.note}")
@@ -79,7 +80,7 @@ def cutout_of(
     covers = [opacities.of(material, lines) for material in materials]
     if not len(corners) or all(cover.alpha is None for cover in covers):
         return None, lines
-    slots = np.clip(_material_indices(mesh)[triangle_polygons], 0, len(covers) - 1)  # as Cycles takes those too high
+    slots = slots_of(mesh, triangle_polygons, len(covers))
     alphas = list({id(cover.alpha): cover.alpha for cover in covers if cover.alpha is not None}.values())
     numbers = {id(alpha): number for number, alpha in enumerate(alphas)}
     table = np.array([numbers.get(id(cover.alpha), OPAQUE) for cover in covers], dtype=np.int32)
@@ -87,31 +88,5 @@ def cutout_of(
     for slot, cover in enumerate(covers):
         if cover.lookup is not None:
             here = slots == slot
-            uv[here] = _uv(mesh, cover.lookup, corners[here])
+            uv[here] = places_of(mesh, cover.lookup, corners[here])
     return simplified(Cutout(alphas, table[slots], uv)), lines
-
-
-def _material_indices(mesh: bpy.types.Mesh) -> Ints:
-    """(P,) int32: the polygons' material slots."""
-    indices = np.zeros(len(mesh.polygons), dtype=np.int32)
-    attribute = mesh.attributes.get("material_index")
-    if attribute is not None:
-        attribute.data.foreach_get("value", indices)
-    return indices
-
-
-def _uv(mesh: bpy.types.Mesh, lookup: Lookup, corners: Ints) -> Floats:
-    """(N, 3, 2) float32: where triangles' corners lie in a picture. On a map that is not there all lie at 0."""
-    layer = _layer(mesh, lookup.uv)
-    uv = np.zeros((len(mesh.loops), 2), dtype=np.float32)
-    if layer is not None:
-        layer.uv.foreach_get("vector", uv.reshape(-1))
-    matrix = np.array(lookup.matrix)
-    placed: Floats = (uv[corners] @ matrix[:, :2].T + matrix[:, 2]).astype(np.float32)
-    return placed
-
-
-def _layer(mesh: bpy.types.Mesh, name: str) -> Any:
-    if name:
-        return mesh.uv_layers.get(name)
-    return next((layer for layer in mesh.uv_layers if layer.active_render), None)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -21,13 +21,18 @@ from numpy.typing import NDArray
 from ..core.cutout import Cutout
 from ..core.errors import InputError
 from ..core.ground import ground_below
+from ..core.normal_map import NormalMap
 from ..core.scene import Camera, Doubles, Floats, Highs, Instance, Ints, Mesh, Scene, unit_normals
 from .cutouts import Opacities, cutout_of
+from .mesh_data import tangents_of, values_of
 from .occluding import EVERYTHING, Occluding
 from .pairs import HighNames
+from .pictures import Pictures
+from .reliefs import Imprints, normal_map_of
 
 Warn = Callable[[str], None]
 _MOST_LAYERS = 8  # UV maps of a mesh
+_WITH_TANGENTS = "a directional code and bent normals in tangent space"
 
 
 def extract(
@@ -39,18 +44,20 @@ def extract(
     occluding: Occluding = EVERYTHING,
     highs: Mapping[str, HighNames] = MappingProxyType({}),
     tangents: bool = False,
+    normal_maps: bool = False,
     warn: Warn | None = None,
 ) -> Scene:
     """Copy the targets, all that occludes as in Cycles, and the camera, with modifiers at render level.
 
     targets: names of mesh objects in the view layer. uv: the UV map to bake onto, by default the active one; a target
     mesh without any has uv None. occluding: who occludes of what renders. highs: what targets are baked from, by the
-    targets' names. tangents: the targets' are read, where they have UVs. warn: called with a line for each object that
+    targets' names. tangents: the targets' are read, where they have UVs; normal_maps: those that reach the normals of
+    their materials are, but for those that are baked from others. warn: called with a line for each object that
     Cycles would trace and this cannot. Raises InputError, a line naming the object, for a target, or a mesh to bake it
     from, that is missing, no mesh, hidden from render, or without the UV map asked for, or whose faces have no
     tangents.
     """
-    wanted = _Wanted(view_layer, targets, uv, highs, tangents)
+    wanted = _Wanted(view_layer, targets, uv, highs, tangents, normal_maps)
     found: list[Scene] = []
     evaluated(context, view_layer, lambda depsgraph: found.append(_read_scene(depsgraph, wanted, occluding, warn)))
     return found[0]
@@ -66,8 +73,9 @@ class _Wanted:
         uv: str | None,
         highs: Mapping[str, HighNames],
         tangents: bool,
+        normal_maps: bool,
     ) -> None:
-        self.uv, self.tangents = uv, tangents
+        self.uv, self.tangents, self.normal_maps = uv, tangents, normal_maps
         self.targets = [_target_object(view_layer, name) for name in dict.fromkeys(targets)]
         self.given = {name: highs[name] for name in targets if name in highs}
         self.highs = {
@@ -79,6 +87,11 @@ class _Wanted:
     def surfaces(self) -> list[bpy.types.Object]:
         """Targets and high meshes: all must be in the render."""
         return [*self.targets, *(high for each in self.highs.values() for high in each)]
+
+    @property
+    def mapped(self) -> set[int]:
+        """Addresses of targets whose normal maps are read."""
+        return {obj.as_pointer() for obj in self.targets if self.normal_maps and obj.name not in self.highs}
 
     @property
     def addresses(self) -> set[int]:
@@ -280,16 +293,18 @@ class _Found:
     """One walk over the instances: what occludes, where the targets are, and each distinct evaluated mesh once."""
 
     opacities: Opacities
+    imprints: Imprints
     cutouts: dict[tuple[int, tuple[str, ...]], Cutout | None] = field(default_factory=dict)  # by mesh and materials
     lines: list[str] = field(default_factory=list)  # on materials that are not read as they are
     meshes: dict[int, bpy.types.Mesh] = field(default_factory=dict)  # by address, as are the others
     occluders: list[_Entry] = field(default_factory=list)
     targets: dict[int, _Entry] = field(default_factory=dict)  # by the address of the original object
+    normal_maps: dict[int, NormalMap | None] = field(default_factory=dict)  # of those, by the same
     unread: dict[str, str] = field(default_factory=dict)  # object name: what of it is not traced
 
 
 def _read_scene(depsgraph: bpy.types.Depsgraph, wanted: _Wanted, occluding: Occluding, warn: Warn | None) -> Scene:
-    found = _walk(depsgraph, wanted.addresses, occluding)
+    found = _walk(depsgraph, wanted, occluding)
     for line in found.lines if warn else ():
         warn(line)  # type: ignore[misc]
     for name, what in found.unread.items() if warn else ():
@@ -305,7 +320,8 @@ def _read_scene(depsgraph: bpy.types.Depsgraph, wanted: _Wanted, occluding: Occl
     }
 
     def instance_of(obj: bpy.types.Object) -> Instance:
-        return _instance(found.targets[obj.as_pointer()], meshes)
+        address = obj.as_pointer()
+        return replace(_instance(found.targets[address], meshes), normal_map=found.normal_maps.get(address))
 
     targets = [instance_of(obj) for obj in wanted.targets]
     highs = {
@@ -345,9 +361,11 @@ def _instance(entry: _Entry, meshes: dict[int, Mesh]) -> Instance:
     return Instance(name, meshes[key], matrix, owner, cutout)
 
 
-def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int], occluding: Occluding) -> _Found:
+def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted, occluding: Occluding) -> _Found:
     """Visit every object as Cycles' sync does. Curves, text and metaballs come twice, once as the mesh they make."""
-    found = _Found(Opacities(depsgraph.view_layer_eval.material_override))
+    targets, mapped = wanted.addresses, wanted.mapped
+    pictures, override = Pictures(), depsgraph.view_layer_eval.material_override
+    found = _Found(Opacities(override, pictures), Imprints(override, pictures))
     for instance in depsgraph.object_instances:
         obj, data = instance.object, instance.object.data
         owner = instance.parent if instance.is_instance else obj
@@ -364,6 +382,9 @@ def _walk(depsgraph: bpy.types.Depsgraph, targets: set[int], occluding: Occludin
             found.occluders.append((name, key, matrix, owner.name, _cutout(obj, data, found)))
         if not instance.is_instance and address in targets:
             found.targets[address] = (name, key, matrix, owner.name, None)
+            if address in mapped:
+                what = (obj, data, corners_of(data), _polygons(data), found.imprints, found.lines)
+                found.normal_maps[address] = normal_map_of(*what)
     return found
 
 
@@ -426,28 +447,12 @@ def _read_surface(mesh: bpy.types.Mesh, owner: str, wanted: _Wanted, *, unwrappe
     corners = corners_of(mesh)
     vertices, triangles = _positions(mesh), _vertices_of(mesh, corners)
     layer = _uv_layer(mesh, owner, wanted.uv) if unwrapped and len(corners) else None
-    layout = None if layer is None else _values(layer.uv, "vector", len(mesh.loops), 2)[corners]
-    tangents = _tangents(mesh, owner, layer.name, corners) if layer is not None and wanted.tangents else None
+    layout = None if layer is None else values_of(layer.uv, "vector", len(mesh.loops), 2)[corners]
+    tangents = None
+    if layer is not None and wanted.tangents:
+        tangents = tangents_of(mesh, owner, layer.name, corners, _WITH_TANGENTS)
     normals = _normals(mesh, vertices, triangles, corners)
     return Mesh(mesh.name, vertices, triangles, layout, normals, corners, tangents)
-
-
-def _tangents(mesh: bpy.types.Mesh, owner: str, layer: str, corners: Ints) -> Floats:
-    """(T, 3, 4): MikkTSpace tangents of a UV map, and the bitangents' signs. Raises InputError."""
-    try:
-        mesh.calc_tangents(uvmap=layer)
-    except RuntimeError:  # Blender takes triangles and quads alone
-        raise InputError(
-            f"{owner}: it has faces of more than four corners, which have no tangents; add a Triangulate modifier, or "
-            "bake neither a directional code nor bent normals in tangent space"
-        ) from None
-    values = np.empty((len(mesh.loops), 4), dtype=np.float32)
-    values[:, :3] = _values(mesh.loops, "tangent", len(mesh.loops), 3)
-    signs = np.empty(len(mesh.loops), dtype=np.float32)
-    mesh.loops.foreach_get("bitangent_sign", signs)
-    values[:, 3] = signs
-    mesh.free_tangents()
-    return np.ascontiguousarray(values[corners])
 
 
 def _uv_layer(mesh: bpy.types.Mesh, owner: str, name: str | None) -> Any:
@@ -472,7 +477,7 @@ def _normals(mesh: bpy.types.Mesh, vertices: Floats, triangles: Ints, corners: I
     """
     if mesh.normals_domain == "FACE":
         return None
-    normals = _values(mesh.corner_normals, "vector", len(mesh.loops), 3)[corners]
+    normals = values_of(mesh.corner_normals, "vector", len(mesh.loops), 3)[corners]
     if mesh.normals_domain == "CORNER" and bpy.app.version < (5, 2) and not mesh.has_custom_normals:
         flat = _flat(mesh)
         normals[flat] = _face_normals(vertices, triangles[flat])[:, np.newaxis]
@@ -497,7 +502,7 @@ def _face_normals(vertices: Floats, triangles: Ints) -> Floats:
 def _positions(mesh: bpy.types.Mesh) -> Floats:
     if not len(mesh.vertices):
         return np.empty((0, 3), dtype=np.float32)
-    return _values(mesh.attributes["position"].data, "vector", len(mesh.vertices), 3)
+    return values_of(mesh.attributes["position"].data, "vector", len(mesh.vertices), 3)
 
 
 def _vertices_of(mesh: bpy.types.Mesh, corners: Ints) -> Ints:
@@ -507,12 +512,6 @@ def _vertices_of(mesh: bpy.types.Mesh, corners: Ints) -> Ints:
     vertex = np.empty(len(mesh.loops), dtype=np.int32)
     mesh.attributes[".corner_vert"].data.foreach_get("value", vertex)
     return vertex[corners]
-
-
-def _values(collection: Any, name: str, count: int, width: int) -> Floats:
-    values = np.empty((count, width), dtype=np.float32)
-    collection.foreach_get(name, values.reshape(-1))
-    return values
 
 
 def _polygons(mesh: bpy.types.Mesh) -> Ints:
@@ -592,7 +591,7 @@ def write_uv(
         raise InputError(f"{obj.name}: its mesh is linked from {mesh.library.filepath}; make the mesh local first")
     with object_mode(context):
         layer = _own_layer(mesh, obj.name, layer_name, activate)
-        values = _values(layer.uv, "vector", len(mesh.loops), 2)
+        values = values_of(layer.uv, "vector", len(mesh.loops), 2)
         values[loops] = uv
         layer.uv.foreach_set("vector", values.reshape(-1))
         mesh.update()

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.cutout import Alpha, Wrap, sampled
+from ..core.picture import Picture, Wrap, sampled
 from ..core.scene import Floats
-from .pictures import CURE, Unread
+from .pictures import Unread
 
 # What is not a straight line of the values looked up, as a threshold, comes after interpolation in Cycles. Small
 # pictures are made finer before, by an odd number so that every old texel's middle stays one, up to this many texels.
@@ -66,7 +66,7 @@ def mapped(function: Callable[..., Any], *fields: Field) -> Field:
     fields = tuple(_unclipped(field) for field in fields)
     lookups = {field.lookup for field in fields if field.lookup is not None}
     if len(lookups) > 1:
-        raise Unread("what reaches its alpha is more than one image, which is not read", CURE)
+        raise Unread("more than one image")
     fine = any(field.fine for field in fields)
     arrays = [(_finer(field) if fine else field).values for field in fields]
     if any(array.ndim == 3 for array in arrays):
@@ -88,9 +88,8 @@ def _finer(field: Field) -> Field:
     height, width = (times * n for n in field.values.shape[:2])
     v, u = np.meshgrid(1.0 - (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
     places = np.stack([u, v], axis=-1).reshape(-1, 2)
-    layers = np.moveaxis(np.atleast_3d(field.values), 2, 0)
-    finer = [sampled(Alpha(layer, True, field.lookup.wrap), places).reshape(height, width) for layer in layers]
-    return replace(field, values=finer[0] if field.values.ndim == 2 else np.stack(finer, axis=-1), fine=True)
+    finer = sampled(Picture(field.values, True, field.lookup.wrap), places)
+    return replace(field, values=finer.reshape(height, width, *field.values.shape[2:]), fine=True)
 
 
 def _unclipped(field: Field) -> Field:

@@ -225,6 +225,7 @@ def _read(context: bpy.types.Context, names: Sequence[str], options: Options, ou
             occluding=options.occluding,
             highs=options.highs,
             tangents=options.settings.needs_tangents,
+            normal_maps=options.settings.normal_maps,
             warn=warn,
         )
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .pictures import CURE, Unread
+from .pictures import Unread
 
 Path = tuple[Any, ...]  # the group nodes that lead to a node, outermost first
 
@@ -64,5 +64,4 @@ def _same(sockets: Sequence[Any], socket: Any) -> Any:
 
 
 def unread(node: Any, what: str = "") -> Unread:
-    kind = what or f"a node {node.bl_label}"
-    return Unread(f"what reaches its alpha is {kind}, which is not read", CURE)
+    return Unread(what or f"a node {node.bl_label}")

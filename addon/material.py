@@ -12,7 +12,7 @@ from typing import Any
 import bpy
 
 from .images import MARK
-from .rebuild_nodes import CODES, add_rebuild, set_rebuild
+from .rebuild_nodes import CODES, NORMAL, add_rebuild, set_rebuild
 
 _LABEL = "Occlusion Bake"
 _SLOT, _MADE = "slot", "made"  # a material of ours: in a slot that was empty, or in one of its own
@@ -28,12 +28,15 @@ def hook_up(
     *,
     preview: bool = True,
     gltf: bool = False,
+    channel: str = "",
+    turned: bool = False,
 ) -> None:
     """Put baked images into each of the object's materials; again only exchanges the images.
 
     images: by map; of several RO maps the first, and before these a directional code of degree 3, which is right in
-    every view. uv: the UV map that they were baked onto, None for the active one. An
-    object without materials gets one.
+    every view. uv: the UV map that they were baked onto, None for the active one. channel: of RGBA, the one that holds
+    the map; empty where the image is grey. turned: they were baked about the normals that the materials shade with, not
+    about the mesh's. An object without materials gets one.
     """
     ao = images.get("ao")
     ro = next((image for name, image in images.items() if name.startswith("ro_")), None)
@@ -46,14 +49,16 @@ def hook_up(
     for tree in _trees(obj):
         surface = next((node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"), None)
         if preview and ao is not None and surface is not None:
-            _multiply_colour(tree, surface, _texture(tree, "ao", ao, uv, surface))
+            _multiply_colour(tree, surface, _value(tree, "ao", ao, uv, surface, channel))
         if preview and codes and surface is not None and obj.data.uv_layers:
             place = uv or obj.data.uv_layers.active.name  # tangents are of a map by name
-            _multiply_specular(tree, surface, _rebuilt(tree, codes, place).outputs[_SHARE])
+            rebuilt = _rebuilt(tree, codes, place)
+            _turn(tree, rebuilt, surface.inputs["Normal"] if turned else None)
+            _multiply_specular(tree, surface, rebuilt.outputs[_SHARE])
         elif preview and ro is not None and surface is not None:
-            _multiply_specular(tree, surface, _texture(tree, "ro", ro, uv, surface).outputs["Color"])
+            _multiply_specular(tree, surface, _value(tree, "ro", ro, uv, surface, channel))
         if gltf and ao is not None:
-            _fill_gltf(tree, _texture(tree, "ao", ao, uv, surface))
+            _fill_gltf(tree, _value(tree, "ao", ao, uv, surface, channel))
 
 
 def unhook(obj: bpy.types.Object) -> bool:
@@ -110,6 +115,19 @@ def _remove_material(obj: bpy.types.Object) -> bool:
     return False
 
 
+def _value(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside: Any, channel: str) -> Any:
+    """The socket that gives a map: the image's colour, or one of its channels."""
+    texture = _texture(tree, kind, image, uv, beside)
+    if channel in ("", "A"):
+        return texture.outputs["Alpha" if channel else "Color"]
+    parts = _ours(tree, f"{kind} channel")
+    if parts is None:
+        place = (-500.0, 0.0 if kind == "ao" else -300.0)
+        parts = _node(tree, "ShaderNodeSeparateColor", beside, place, f"{kind} channel")
+        tree.links.new(texture.outputs["Color"], parts.inputs["Color"])
+    return parts.outputs["RGB".index(channel)]
+
+
 def _texture(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside: Any) -> Any:
     """Our texture node of a kind, with this image and UV map; new where there is none."""
     place = (-700.0, 0.0 if kind == "ao" else -300.0)
@@ -125,16 +143,21 @@ def _texture(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, besid
     return texture
 
 
-def _multiply_colour(tree: Any, surface: Any, texture: Any) -> None:
-    if _ours(tree, "ao multiply"):
-        return
-    mix = _node(tree, "ShaderNodeMix", surface, (-300.0, 0.0), "ao multiply")
-    mix.data_type, mix.blend_type = "RGBA", "MULTIPLY"
-    mix.inputs["Factor"].default_value = 1.0
-    first, second = (socket for socket in mix.inputs if socket.type == "RGBA")
-    out = next(socket for socket in mix.outputs if socket.type == "RGBA")
-    _pass_through(tree, surface.inputs["Base Color"], first, out)
-    tree.links.new(texture.outputs["Color"], second)
+def _multiply_colour(tree: Any, surface: Any, occlusion: Any) -> None:
+    """occlusion: the socket that gives it."""
+    mix = _ours(tree, "ao multiply")
+    if mix is None:
+        mix = _node(tree, "ShaderNodeMix", surface, (-300.0, 0.0), "ao multiply")
+        mix.data_type, mix.blend_type = "RGBA", "MULTIPLY"
+        mix.inputs["Factor"].default_value = 1.0
+        out = next(socket for socket in mix.outputs if socket.type == "RGBA")
+        _pass_through(tree, surface.inputs["Base Color"], _colours(mix)[0], out)
+    tree.links.new(occlusion, _colours(mix)[1])
+
+
+def _colours(mix: Any) -> list[Any]:
+    """The two inputs of a Mix node of colours."""
+    return [socket for socket in mix.inputs if socket.type == "RGBA"]
 
 
 def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
@@ -148,6 +171,15 @@ def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
     for each in set(tree.nodes) - before:
         each.label, each[MARK] = _LABEL, "code" if each == node else "code image"
     return node
+
+
+def _turn(tree: Any, rebuilt: Any, normal: Any) -> None:
+    """Let what feeds a shader's normal, if anything does, be what a code is read about; None: the mesh's own normals
+    are."""
+    for link in rebuilt.inputs[NORMAL].links:
+        tree.links.remove(link)
+    if normal is not None and normal.is_linked:
+        tree.links.new(normal.links[0].from_socket, rebuilt.inputs[NORMAL])
 
 
 def _multiply_specular(tree: Any, surface: Any, occlusion: Any) -> None:
@@ -177,13 +209,13 @@ def _restore(tree: Any, node: Any) -> None:
             tree.links.new(linked[0].links[0].from_socket, link.to_socket)
 
 
-def _fill_gltf(tree: Any, texture: Any) -> None:
-    """Link the texture to the exporter's occlusion slot, whose node is made where there is none."""
+def _fill_gltf(tree: Any, occlusion: Any) -> None:
+    """Link a socket to the exporter's occlusion slot, whose node is made where there is none."""
     node = next((node for node in tree.nodes if _is_gltf(node)), None)
     if node is None:
         node = _node(tree, "ShaderNodeGroup", None, (0.0, 250.0), "gltf")
         node.node_tree = _gltf_group()
-    tree.links.new(texture.outputs["Color"], node.inputs[_GLTF_SOCKET])
+    tree.links.new(occlusion, node.inputs[_GLTF_SOCKET])
 
 
 def _is_gltf(node: Any) -> bool:

@@ -11,15 +11,11 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Euler, Matrix
 
-from ..core.cutout import Wrap
-from ..core.scene import Floats
-from .fields import Field, Lookup, bent, clipped, constant, decoded, divided, even, grey, mapped, mix
+from .fields import Field, bent, clipped, constant, grey, mapped, mix
 from .links import Feed, Path, feeding, unread
-from .pictures import Pictures, Unread, is_associated, is_encoded
-
-_IDENTITY = Matrix.Identity(4)
+from .pictures import Pictures
+from .values import Values
 
 
 @dataclass(frozen=True)
@@ -32,7 +28,7 @@ class Opacity:
 
 def opacity_of(material: bpy.types.Material | None, pictures: Pictures) -> Opacity:
     """A material's opacity to shadow rays: a field of values from 0 to 1. Raises Unread."""
-    tree = None if material is None or not material.use_transparent_shadow else _tree(material)
+    tree = None if material is None or not material.use_transparent_shadow else nodes_of(material)
     output = None if tree is None else tree.get_output_node("CYCLES")
     if output is None:
         return Opacity(constant(1.0))
@@ -44,17 +40,17 @@ def opacity_of(material: bpy.types.Material | None, pictures: Pictures) -> Opaci
     return Opacity(replace(field, values=clipped(field.values)), reader.note)
 
 
-def _tree(material: bpy.types.Material) -> Any:
-    """Its nodes, None where it has none; from 5.0 on they always count."""
+def nodes_of(material: bpy.types.Material) -> Any:
+    """A material's nodes, None where it has none; from 5.0 on they always count."""
     return material.node_tree if bpy.app.version >= (5, 0) or material.use_nodes else None
 
 
-class _Reader:
-    """Evaluates the sockets of one material. note: as of `Opacity`."""
+class _Reader(Values):
+    """Evaluates the shaders of one material. note: as of `Opacity`."""
 
     def __init__(self, pictures: Pictures) -> None:
+        super().__init__(pictures)
         self.note = ""
-        self._pictures = pictures
 
     def shader(self, socket: Any, path: Path) -> Field:
         """The opacity of what feeds a shader socket. Raises Unread."""
@@ -96,179 +92,6 @@ class _Reader:
             return first
         return bent(lambda a, b: np.maximum(a + b - 1.0, 0.0), first, second)
 
-    def number(self, socket: Any, path: Path) -> Field:
-        """The field of what feeds a socket, colours as their luminance. Raises Unread."""
-        return grey(self._value(socket, path))
-
-    def colour(self, socket: Any, path: Path) -> Field:
-        """The field of what feeds a socket, with three channels. Raises Unread."""
-        field = self._value(socket, path)
-        if field.values.ndim == 3:
-            return field
-        return replace(field, values=np.repeat(field.values[..., np.newaxis], 3, axis=2))
-
-    def _value(self, socket: Any, path: Path) -> Field:
-        feed = feeding(socket, path)
-        if feed.node is None:
-            return constant(feed.home.default_value)
-        handler = _VALUES.get(feed.node.type)
-        if handler is None:
-            raise unread(feed.node)
-        return handler(self, feed)
-
-    def given(self, feed: Feed) -> Field:
-        """A Value or RGB node."""
-        return constant(feed.output.default_value)
-
-    def light_path(self, feed: Feed) -> Field:
-        """What asks for opacity is a shadow ray, measured, and no other."""
-        if not feed.output.name.startswith("Is "):
-            raise unread(feed.node, f"{feed.output.name} of a node Light Path")
-        return constant(float(feed.output.name == "Is Shadow Ray"))
-
-    def texture(self, feed: Feed) -> Field:
-        """An Image Texture's colour or alpha."""
-        node = feed.node
-        if node.image is None:
-            raise Unread("its Image Texture has no image", "choose one")
-        uv, matrix = self._layout(node.inputs["Vector"], feed.path)
-        _check_projection(node)
-        lookup = Lookup(
-            node.image.name_full,
-            node.interpolation != "Closest",  # Cubic and Smart are a blur of about a texel more
-            Wrap[node.extension],
-            uv,
-            tuple((row[0], row[1], row[3]) for row in matrix[:2]),
-        )
-        if feed.output.name == "Alpha":
-            return even(Field(self._pictures.alpha(node.image), lookup))
-        field = even(Field(self._pictures.colour(node.image), lookup))
-        if is_associated(node.image) and node.outputs["Alpha"].is_linked:
-            field = bent(divided, field, even(Field(self._pictures.alpha(node.image), lookup)))
-        return bent(decoded, field) if is_encoded(node.image) else field
-
-    def _layout(self, socket: Any, path: Path) -> tuple[str, Matrix]:
-        """The UV map that feeds a texture, and what happens to it on the way. Raises Unread."""
-        feed = feeding(socket, path)
-        node = feed.node
-        if node is None and feed.home == socket:
-            return "", _IDENTITY
-        if node is not None and node.type == "MAPPING":
-            uv, before = self._layout(node.inputs["Vector"], feed.path)
-            return uv, _mapping(node, feed.path) @ before
-        kind = "" if node is None else node.type
-        if kind == "UVMAP" and not node.from_instancer:
-            return node.uv_map, _IDENTITY
-        if kind == "TEX_COORD" and feed.output.name == "UV" and not node.from_instancer:
-            return "", _IDENTITY
-        name = "a constant" if node is None else f"{feed.output.name} of a node {node.bl_label}"
-        raise unread(node, f"an image laid out by {name}")
-
-    def math(self, feed: Feed) -> Field:
-        """A Math node."""
-        node = feed.node
-        function = _MATH.get(node.operation)
-        if function is None:
-            raise unread(node, f"a node Math set to {node.operation.replace('_', ' ').title()}")
-        count = function.__code__.co_argcount
-        field = bent(function, *(self.number(socket, feed.path) for socket in node.inputs[:count]))
-        return replace(field, values=clipped(field.values)) if node.use_clamp else field
-
-    def mix(self, feed: Feed) -> Field:
-        """A Mix node of numbers or colours, or its forerunner for colours alone."""
-        node, numbers = feed.node, feed.node.type == "MIX" and feed.node.data_type == "FLOAT"
-        blend = "MIX" if numbers else node.blend_type
-        if (node.type == "MIX" and node.data_type not in ("FLOAT", "RGBA")) or blend not in ("MIX", "MULTIPLY"):
-            raise unread(node, f"a node Mix set to {blend.replace('_', ' ').title()}")
-        read = self.number if numbers else self.colour
-        kind = "Float" if numbers else "Color"
-        names = ("Factor_Float", f"A_{kind}", f"B_{kind}") if node.type == "MIX" else ("Fac", "Color1", "Color2")
-        sockets = {socket.identifier: socket for socket in node.inputs}
-        factor = self.number(sockets[names[0]], feed.path)
-        if node.type == "MIX_RGB" or node.clamp_factor:
-            factor = replace(factor, values=clipped(factor.values))
-        first, second = (read(sockets[name], feed.path) for name in names[1:])
-        if blend == "MULTIPLY":
-            second = bent(lambda a, b: a * b, first, second)
-        field = mix(factor, first, second)
-        clamped = node.use_clamp if node.type == "MIX_RGB" else node.clamp_result and not numbers
-        return replace(field, values=clipped(field.values)) if clamped else field
-
-    def invert(self, feed: Feed) -> Field:
-        """An Invert Color node."""
-        factor, colour = feed.node.inputs
-        own = self.colour(colour, feed.path)
-        return mix(self.number(factor, feed.path), own, mapped(lambda c: 1.0 - c, own))
-
-    def ramp(self, feed: Feed) -> Field:
-        """A Color Ramp node, as Cycles' table of 256."""
-        ramp = feed.node.color_ramp
-        table = np.array([ramp.evaluate(i / 255.0)[:] for i in range(256)], dtype=np.float32)
-        if feed.output.name == "Alpha":
-            table = table[:, 3:]
-        steady = ramp.interpolation == "CONSTANT"
-
-        def looked_up(values: Floats) -> Any:
-            place = 255.0 * np.clip(values, 0.0, 1.0)
-            place = np.floor(place) if steady else place
-            return np.stack([np.interp(place, np.arange(256), column) for column in table.T], axis=-1)
-
-        field = bent(looked_up, self.number(feed.node.inputs[0], feed.path))
-        return replace(field, values=field.values[..., 0 if feed.output.name == "Alpha" else slice(3)])
-
-    def separate(self, feed: Feed) -> Field:
-        """One channel of a colour."""
-        if getattr(feed.node, "mode", "RGB") != "RGB":
-            raise unread(feed.node, f"a node {feed.node.bl_label} set to {feed.node.mode}")
-        colour = self.colour(feed.node.inputs[0], feed.path)
-        channel = [socket.identifier for socket in feed.node.outputs].index(feed.output.identifier)
-        return replace(colour, values=np.ascontiguousarray(colour.values[..., channel]))
-
-    def to_grey(self, feed: Feed) -> Field:
-        """An RGB to BW node."""
-        return self.number(feed.node.inputs[0], feed.path)
-
-    def clamp(self, feed: Feed) -> Field:
-        """A Clamp node."""
-        value, low, high = (self.number(socket, feed.path) for socket in feed.node.inputs)
-        if feed.node.clamp_type == "RANGE":
-            low, high = mapped(np.minimum, low, high), mapped(np.maximum, low, high)
-        return bent(lambda x, a, b: np.minimum(np.maximum(x, a), b), value, low, high)
-
-
-def _check_projection(node: Any) -> None:
-    """Raises Unread for an image that is not laid out flat by its coordinates as they come."""
-    if node.projection != "FLAT":
-        raise unread(node, f"an image with the projection {node.projection.title()}")
-    own = node.texture_mapping
-    plain = (own.vector_type, own.mapping_x, own.mapping_y, own.mapping_z) == ("POINT", "X", "Y", "Z")
-    moved = (*own.translation, *own.rotation, *(scale - 1.0 for scale in own.scale))
-    if not plain or own.use_min or own.use_max or any(moved):
-        raise unread(node, "an image with a texture mapping of its own")
-
-
-def _mapping(node: Any, path: Path) -> Matrix:
-    """A Mapping node's map. Raises Unread where it is linked, or not affine."""
-    if node.vector_type == "NORMAL":
-        raise unread(node, "an image laid out by a node Mapping set to Normal")
-    rotation, scale = (_vector(node, name, path) for name in ("Rotation", "Scale"))
-    turned = Euler(rotation, "XYZ").to_matrix().to_4x4()
-    if node.vector_type == "VECTOR":
-        return turned @ Matrix.Diagonal([*scale, 1.0])
-    location = _vector(node, "Location", path)
-    if node.vector_type == "TEXTURE":
-        shrunk = Matrix.Diagonal([*(1.0 / s if s else 0.0 for s in scale), 1.0])
-        return shrunk @ turned.transposed() @ Matrix.Translation([-x for x in location])
-    return Matrix.Translation(location) @ turned @ Matrix.Diagonal([*scale, 1.0])
-
-
-def _vector(node: Any, name: str, path: Path) -> tuple[float, ...]:
-    feed = feeding(node.inputs[name], path)
-    value = None if feed.node is not None else feed.home.default_value
-    if value is None:
-        raise unread(node, "an image laid out by a node Mapping with links")
-    return (value,) * 3 if isinstance(value, float) else tuple(value)[:3]
-
 
 _SHADERS: dict[str, Callable[[_Reader, Feed], Field]] = {
     "BSDF_PRINCIPLED": _Reader.principled,
@@ -279,34 +102,3 @@ _SHADERS: dict[str, Callable[[_Reader, Feed], Field]] = {
 
 # To shadow rays, measured; with all others of the name BSDF.
 _OPAQUE = {"EMISSION", "HOLDOUT", "SUBSURFACE_SCATTERING", "BACKGROUND", "EEVEE_SPECULAR"}
-
-_VALUES: dict[str, Callable[[_Reader, Feed], Field]] = {
-    "VALUE": _Reader.given,
-    "RGB": _Reader.given,
-    "LIGHT_PATH": _Reader.light_path,
-    "TEX_IMAGE": _Reader.texture,
-    "MATH": _Reader.math,
-    "MIX": _Reader.mix,
-    "MIX_RGB": _Reader.mix,
-    "INVERT": _Reader.invert,
-    "VALTORGB": _Reader.ramp,
-    "SEPARATE_COLOR": _Reader.separate,
-    "SEPRGB": _Reader.separate,
-    "RGBTOBW": _Reader.to_grey,
-    "CLAMP": _Reader.clamp,
-}
-
-_MATH: dict[str, Callable[..., Any]] = {
-    "ADD": lambda a, b: a + b,
-    "SUBTRACT": lambda a, b: a - b,
-    "MULTIPLY": lambda a, b: a * b,
-    "MULTIPLY_ADD": lambda a, b, c: a * b + c,
-    "DIVIDE": lambda a, b: a / b,  # by 0: 0, as all that is no number
-    "POWER": lambda a, b: a**b,
-    "ABSOLUTE": lambda a: np.abs(a),
-    "MINIMUM": lambda a, b: np.minimum(a, b),
-    "MAXIMUM": lambda a, b: np.maximum(a, b),
-    "LESS_THAN": lambda a, b: a < b,
-    "GREATER_THAN": lambda a, b: a > b,
-    "ROUND": lambda a: np.floor(a + 0.5),
-}

@@ -302,12 +302,18 @@ def put(result: Result, objects: Sequence[bpy.types.Object], order: Order, layer
     if options.colours:
         store_colours(objects[0], result.target, result.baked)
         return
-    images = order.output.deliver(result, options.settings)
-    if order.output.kind == CHANNEL:
-        return
-    keep_order(order, images)
+    images = order.output.deliver(result, options.settings, shown=order.preview)
+    channel = order.output.channel if order.output.kind == CHANNEL else ""
+    if not channel:
+        keep_order(order, images)
     for obj in objects:
-        hook_up(obj, images, layer or own_active(obj.data), preview=order.preview, gltf=order.gltf)
+        hook_up(
+            *(obj, images, layer or own_active(obj.data)),
+            preview=order.preview,
+            gltf=order.gltf,
+            channel=channel,
+            turned=options.settings.normal_maps or obj.name in options.highs,
+        )
 
 
 def result_lines(baked: Baked) -> list[str]:

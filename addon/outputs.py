@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..core.bake import Settings
+from ..core.bake import Baked, Settings
 from ..core.errors import InputError
 from ..core.images import check_format, suffix
 from .files import check_file, clean_name, tile_suffix, whole_path, write_map
 from .images import store, store_channel, store_file, store_tiles
 from .job import Result
-from .layers import are_grey, check_maps, is_one_grey, map_names
+from .layers import are_grey, check_maps, code_of, is_one_grey, map_names
 
 PACKED, SAVED, COLOURS, CHANNEL = "PACKED", "SAVED", "COLOURS", "CHANNEL"
 
@@ -45,8 +45,9 @@ class Output:
         if self.kind == CHANNEL:
             self._check_channel(objects, settings)
 
-    def deliver(self, result: Result, settings: Settings) -> dict[str, bpy.types.Image]:
-        """Put every map where it goes; returns the images by map. Raises InputError, what was there untouched."""
+    def deliver(self, result: Result, settings: Settings, *, shown: bool = False) -> dict[str, bpy.types.Image]:
+        """Put every map where it goes; returns the images by map. shown: in materials, whose nodes cannot read a code's
+        files, so that it is packed, too. Raises InputError, what was there untouched."""
         baked = result.baked
         if self.kind == CHANNEL:
             image = bpy.data.images.get(self.image)
@@ -54,8 +55,10 @@ class Output:
                 raise InputError(f"{self.image}: the image was removed during the bake; choose another")
             return {name: store_channel(image, self.channel, each, self.dither) for name, each in baked.maps.items()}
         if self.kind == SAVED:
-            return {name: self._save(result, name, settings) for name in baked.maps}
-        return store_tiles(result.bakes, settings) if baked.tile is not None else store(baked)
+            images = {name: self._save(result, name, settings) for name in baked.maps}
+            codes = [name for name in baked.maps if shown and code_of(name, settings) is not None]
+            return images | (_stored(result.bakes, settings, codes) if codes else {})
+        return _stored(result.bakes, settings, baked.maps)
 
     def _save(self, result: Result, name: str, settings: Settings) -> bpy.types.Image:
         first: list[Path] = []  # of several files of a code the first stands for all
@@ -118,3 +121,9 @@ class Output:
         alpha = image.channels == 4 and (image.is_float or image.depth == 32)
         if self.channel == "A" and not alpha:
             raise InputError(f"{image.name}: it has no alpha; choose another channel")
+
+
+def _stored(bakes: Sequence[Baked], settings: Settings, names: Iterable[str]) -> dict[str, bpy.types.Image]:
+    """These maps of an object, or of its tiles, as packed images."""
+    parts = [replace(baked, maps={name: baked.maps[name] for name in names}) for baked in bakes]
+    return store_tiles(parts, settings) if parts[0].tile is not None else store(parts[0])

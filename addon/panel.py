@@ -315,6 +315,7 @@ class OCCLUSION_BAKE_PT_options(_Settings, bpy.types.Panel):
         falloff.prop(chosen, "falloff")
         layout.prop(chosen, "nearest")
         layout.prop(chosen, "spread")
+        layout.prop(chosen, "use_normal_maps")
         smooth = layout.row()
         smooth.active = not by_rays(chosen)
         smooth.prop(chosen, "use_filter")

@@ -14,18 +14,20 @@ _KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a mo
 _LINEAR = ("Linear Rec.709", "Working Space")  # as the pixels are stored, where the scene's own space is not changed
 
 
-CURE = "bake its opacity into an image, and use that"  # for most of it
-
-
 class Unread(Exception):
     """Something of a material that is not read.
 
-    what: the cause, in words that fit after the material's name. cure: what the artist can do.
+    what: what reaches the socket that is read, or, with `whole`, the cause in words that fit after the material's name.
+    cure: what the artist can do; None: whatever helps with most of what reaches that socket.
     """
 
-    def __init__(self, what: str, cure: str) -> None:
+    def __init__(self, what: str, cure: str | None = None, *, whole: bool = False) -> None:
         super().__init__(what)
-        self.what, self.cure = what, cure
+        self.what, self.cure, self.whole = what, cure, whole
+
+    def in_words(self, socket: str) -> str:
+        """The cause, where the socket is called so; it fits after the material's name."""
+        return self.what if self.whole else f"what reaches its {socket} is {self.what}, which is not read"
 
 
 class Pictures:
@@ -64,7 +66,7 @@ def is_encoded(image: bpy.types.Image) -> bool:
     if space.name == "sRGB":
         return True
     raise Unread(
-        f"what reaches its alpha is the colour of {image.name} in {space.name}, which is not read",
+        f"the colour of {image.name} in {space.name}",
         "set the image's colour space to sRGB or Non-Color",
     )
 
@@ -99,12 +101,9 @@ def _sound(values: Any) -> Floats:
 def _check_single(image: bpy.types.Image) -> None:
     """Raises Unread for what is no single picture, or cannot be loaded."""
     if image.source in _KINDS:
-        raise Unread(
-            f"what reaches its alpha is {image.name}, {_KINDS[image.source]}, which is not read",
-            "use a single image",
-        )
+        raise Unread(f"{image.name}, {_KINDS[image.source]}", "use a single image")
     if 0 in image.size:
-        raise Unread(f"its image {image.name} cannot be loaded", "find the file (File > External Data)")
+        raise Unread(f"its image {image.name} cannot be loaded", "find the file (File > External Data)", whole=True)
 
 
 def _pixels(image: bpy.types.Image) -> Floats:

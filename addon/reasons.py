@@ -9,6 +9,8 @@ import numpy as np
 
 from ..core.scene import Floats
 from .cutouts import Opacities
+from .pictures import Pictures
+from .reliefs import Imprints
 
 
 def reasons_to_differ(
@@ -18,10 +20,12 @@ def reasons_to_differ(
     other_owner: int,
     occluders: Collection[str],
     of_our_own: Collection[str] = (),
+    *,
+    normal_maps: bool = False,
 ) -> list[str]:
     """A line for each. target: the baked object. values: (N,) float32, our AO of the compared texels. other_owner:
     texels that Cycles gives to another triangle. occluders: names of the objects that block light. of_our_own: settings
-    that Cycles lacks."""
+    that Cycles lacks. normal_maps: whether those of its materials turned its normals."""
     noise = float(np.sqrt(np.mean(values * (1.0 - values), dtype=np.float64) / samples))
     lines = [f"Noise: Cycles' {samples} samples alone may make an RMSE of up to {noise:.4f}"]
     if other_owner:
@@ -32,11 +36,22 @@ def reasons_to_differ(
     if bpy.app.version < (5, 0):
         lines.append("Footprint: Cycles before Blender 5 samples the middle half of a texel, here the whole of it")
     lines += [f"Settings: {what}, which Cycles' bake has not" for what in of_our_own]
-    opacities = Opacities()
+    pictures = Pictures()
+    lines += _of_normals(target, Imprints(pictures=pictures), normal_maps=normal_maps)
+    opacities = Opacities(pictures=pictures)
     for material in _materials(occluders):
         opacities.of(material, lines)
     if any(opacities.of(material, []).alpha is not None for material in _materials([target])):
         lines.append("Transparency: Cycles multiplies AO by the surface's own opacity, which is baked as opaque here")
+    return lines
+
+
+def _of_normals(target: str, imprints: Imprints, *, normal_maps: bool) -> list[str]:
+    """On what turns the target's normals in Cycles and does not here."""
+    lines: list[str] = []
+    found = [imprints.of(material, lines) for material in _materials([target])]
+    if any(found) and not normal_maps:
+        lines = ["Normals: Cycles follows the normal map of the material; switch Normal Maps on to bake by it"]
     return lines
 
 

@@ -177,6 +177,11 @@ class OcclusionBakeSettings(bpy.types.PropertyGroup):
     use_front_only: BoolProperty(
         name="Front Faces Only", description="Faces block no light that comes from behind them", default=False
     )
+    use_normal_maps: BoolProperty(
+        name="Normal Maps",
+        description="Turn the normals as the normal maps of the objects' materials do; Cycles' bake does always",
+        default=False,
+    )
     occluders: EnumProperty(name="Occluders", description="What may block light", items=_OCCLUDERS)
     collection: PointerProperty(
         name="Collection", description="Its objects, and those of the collections in it, block light",
@@ -323,6 +328,7 @@ def core_settings(chosen: Any) -> Settings:
         falloff=Falloff[chosen.falloff] if chosen.use_distance else Falloff.NONE,
         spread=min(max(math.degrees(chosen.spread), LEAST_SPREAD), 180.0),  # the property is a float32
         front_only=chosen.use_front_only,
+        normal_maps=chosen.use_normal_maps,
         bent=_bent(chosen),
         coding=_coding(chosen),
         lights=frozenset({RATIO, LIGHT} if chosen.light_picture == "BOTH" else {chosen.light_picture.lower()}),

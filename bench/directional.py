@@ -4,13 +4,13 @@ python -m occlusion_bake.bench.directional [SCENE...] [--points N] [--models DIR
 
 Truth is the sum over 16,384 rays of a point, one in each of 128 x 128 cells of equal solid angle, weighted by the lobe;
 the cells that codes are made of hold 64 of the same rays each, so that there is next to no noise in the errors. Views
-have n·v from 0.15 to 1. Prints RMSE by exponent, over all the scenes, and of each.
+have n·v from 0.15 to 1. Prints RMSE of each scene by exponent, and of all of them by exponent, by view and by scene.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..core.cells import HEMISPHERE, check_cells, directions, integrals
-from ..core.codes import Code, encode, rebuild
+from ..core.codes import Code, encode, from_images, rebuild, to_images
 from ..core.horizon import open_horizon
 from ..core.scene import Doubles, Floats
 from .pages import MODELS
@@ -28,13 +28,17 @@ EXPONENTS = (2.0, 10.0, 32.0, 100.0)
 CODES = tuple(
     Code(kind, size) for kind, sizes in (("sh", (2, 3, 4, 6)), ("mask", (8, 16)), ("cells", (8, 16))) for size in sizes
 )
+IN_BYTES = Code("sh", 3)  # also as RGBA images of 8 bits
 POINTS, RAYS_A_SIDE, VIEWS = 300, 128, 48
-SCENES = ("suzanne", "part", "gaps", "interior", "nook")
+EDGES = (0.15, 0.35, 0.55, 0.75, 1.0)  # of the bands of n·v
+CLOSER = (10.0, 32.0)  # exponents of the tables by view and by scene
+BY_VIEW = ("AO as it is", "AO by Lagarde's formula", "AO and bent normal, cones (Jimenez et al.)", "sh_3", "mask_16")
+BY_SCENE = ("sh_3", "mask_16")
 _SIZE = 256  # texels a side of the image whose texels are drawn
 _LIFT = 2.0**-18  # of the largest coordinate: how far above the surface rays start
 
-Truth = Callable[[Doubles, float], Doubles]  # (V, 3) views in the texels' frames and an exponent → (N, V) RO
-Errors = dict[str, dict[float, float]]  # RMSE by what is kept and by exponent
+RO = Callable[[Doubles, float], Doubles]  # (V, 3) views in the texels' frames and an exponent → (N, V) RO
+Errors = dict[str, Doubles]  # mean squared errors by what is kept, each (E, V) by exponent and view
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,24 +125,31 @@ def views(count: int = VIEWS) -> Doubles:
     return np.stack([sines * np.cos(turns), sines * np.sin(turns), cosines], axis=1)
 
 
-def errors(cells: Floats, truth: Truth) -> Errors:
-    """RMSE over N texels and all views. cells: (N, 16, 16) mean visibilities, which may be noisy; truth: theirs."""
+def errors(cells: Floats, truth: RO) -> Errors:
+    """Means over N texels. cells: (N, 16, 16) mean visibilities, which may be noisy; truth: theirs."""
     check_cells(cells)
     looked = views()
-    true = {exponent: truth(looked, exponent) for exponent in EXPONENTS}
-    estimates: dict[str, Callable[[Doubles, float], Doubles]] = {
-        **{name: _from_means(cells, formula) for name, formula in FORMULAS.items()},
-        **{code.name: _from_code(cells, code) for code in CODES},
-    }
+    true = [truth(looked, exponent) for exponent in EXPONENTS]
     return {
-        name: {each: float(np.sqrt(np.mean((estimate(looked, each) - true[each]) ** 2))) for each in EXPONENTS}
-        for name, estimate in estimates.items()
+        name: np.stack(
+            [np.mean((estimate(looked, each) - ro) ** 2, axis=0) for each, ro in zip(EXPONENTS, true, strict=True)]
+        )
+        for name, estimate in _estimates(cells)
     }
 
 
-def _from_code(cells: Floats, code: Code) -> Callable[[Doubles, float], Doubles]:
-    values = encode(cells, code)
+def _estimates(cells: Floats) -> Iterator[tuple[str, RO]]:
+    for name, formula in FORMULAS.items():
+        yield name, _from_means(cells, formula)
+    for code in CODES:
+        values = encode(cells, code)
+        yield code.name, _from_code(values, code)
+        if code == IN_BYTES:
+            stored = from_images(to_images(values[None], code, 8), code)[0]
+            yield f"{code.name}, RGBA images of 8 bits", _from_code(stored, code)
 
+
+def _from_code(values: Floats, code: Code) -> RO:
     def estimate(looked: Doubles, exponent: float) -> Doubles:
         repeated = (np.repeat(view[None], len(values), axis=0) for view in looked)
         return np.stack([rebuild(values, code, each, exponent) for each in repeated], axis=1).astype(np.float64)
@@ -149,7 +160,7 @@ def _from_code(cells: Floats, code: Code) -> Callable[[Doubles, float], Doubles]
 Formula = Callable[[Doubles, Doubles, Doubles, float], Doubles]  # AO (N, 1), bent normals (N, 3), views, exponent
 
 
-def _from_means(cells: Floats, formula: Formula) -> Callable[[Doubles, float], Doubles]:
+def _from_means(cells: Floats, formula: Formula) -> RO:
     """A formula of AO and the bent normal: V cos θ over π, and the mean of V times the direction, at unit length."""
     vectors = cells.reshape(len(cells), -1) @ integrals(lambda ways: ways, cells.shape[1])
     ao = vectors[:, 2:] / np.pi
@@ -202,39 +213,72 @@ FORMULAS: Mapping[str, Formula] = {
 
 
 def pooled(found: Sequence[Errors]) -> Errors:
-    """RMSE over several sets of as many texels."""
-    return {
-        name: {each: float(np.sqrt(np.mean([one[name][each] ** 2 for one in found]))) for each in EXPONENTS}
-        for name in found[0]
-    }
+    """Means over several sets of as many texels."""
+    return {name: np.mean([one[name] for one in found], axis=0) for name in found[0]}
 
 
-def table(found: Errors) -> list[str]:
-    """Lines of a page."""
-    lines = [
-        "| kept of a texel | " + " | ".join(f"exponent {each:g}" for each in EXPONENTS) + " |",
-        "|---|---|---|---|---|",
-    ]
-    return lines + [
-        f"| {name} | " + " | ".join(f"{row[each]:.4f}" for each in EXPONENTS) + " |" for name, row in found.items()
-    ]
+def rmse(squares: Doubles, exponent: float, band: int | None = None) -> float:
+    """Over all views, or those of one band of n·v, the lowest first."""
+    of_view = squares[EXPONENTS.index(exponent)]
+    if band is not None:
+        of_view = of_view[np.digitize(views(len(of_view))[:, 2], EDGES[1:-1]) == band]
+    return float(np.sqrt(of_view.mean()))
+
+
+def by_exponent(found: Errors) -> list[str]:
+    """Lines of a page: RMSE over all views."""
+    rows = {name: [f"{rmse(squares, each):.4f}" for each in EXPONENTS] for name, squares in found.items()}
+    return _table(["kept of a texel", *(f"exponent {each:g}" for each in EXPONENTS)], rows)
+
+
+def by_view(found: Errors) -> list[str]:
+    """Lines of a page: RMSE at CLOSER's exponents, in each band of n·v."""
+    bands = range(len(EDGES) - 1)
+    rows = {name: [_closer(found[name], band) for band in bands] for name in BY_VIEW}
+    return _table(["kept of a texel", *(f"n·v {EDGES[each]:g} to {EDGES[each + 1]:g}" for each in bands)], rows)
+
+
+def by_scene(found: Mapping[str, Errors]) -> list[str]:
+    """Lines of a page: RMSE at CLOSER's exponents, of each scene."""
+    rows = {f"`{scene}`": [_closer(one[name]) for name in BY_SCENE] for scene, one in found.items()}
+    return _table(["scene", *BY_SCENE], rows)
+
+
+def _closer(squares: Doubles, band: int | None = None) -> str:
+    return ", ".join(f"{rmse(squares, each, band):.4f}" for each in CLOSER)
+
+
+def _table(heads: Sequence[str], rows: Mapping[str, Sequence[str]]) -> list[str]:
+    cells = [heads, ["---"] * len(heads), *([name, *row] for name, row in rows.items())]
+    return [f"| {' | '.join(each)} |" for each in cells]
 
 
 def main(arguments: Sequence[str]) -> int:
     """The command."""
+    import bpy  # noqa: F401  # there is no bmesh before it
+
+    from .versus.scenes import names
+
     parser = argparse.ArgumentParser("python -m occlusion_bake.bench.directional", description="RO of any view.")
-    parser.add_argument("scenes", nargs="*", metavar="SCENE", help=f"which ({', '.join(SCENES)})")
+    parser.add_argument("scenes", nargs="*", metavar="SCENE", help="which (all of bench/versus that are there)")
     parser.add_argument("--points", type=int, default=POINTS, help=f"texels of each scene ({POINTS})")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
     chosen = parser.parse_args(arguments)
     found = {}
-    for name in chosen.scenes or SCENES:
+    for name in chosen.scenes or names(chosen.models):
         seen = visibility(name, chosen.models, chosen.points)
         found[name] = errors(seen.cells, seen.truth)
-        print("\n".join([f"## {name}", "", *table(found[name]), ""]), flush=True)
-    if len(found) > 1:
-        print("\n".join(["## All", "", *table(pooled(list(found.values())))]))
+        _say(name, by_exponent(found[name]))
+    everything = pooled(list(found.values()))
+    at = f"at exponents {' and '.join(f'{each:g}' for each in CLOSER)}"
+    _say("All", by_exponent(everything))
+    _say(f"By view, {at}", by_view(everything))
+    _say(f"By scene, {at}", by_scene(found))
     return 0
+
+
+def _say(title: str, lines: Sequence[str]) -> None:
+    print("\n".join([f"## {title}", "", *lines, ""]), flush=True)
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from .field import Field
 from .frames import Texture, check_tangents
 from .highs import onto_highs
 from .kernel_api import Control
+from .normal_map import with_normals
 from .occluders import Frame, Occluders
 from .products import LIGHT, RATIO, BakedMap, Finisher, picture_of, traced_estimators
 from .progress import Preview, Progress
@@ -57,7 +58,8 @@ class Settings:
     nearest: scene units; what is nearer blocks nothing. falloff: by which occluders block less up to the distance.
     spread: degrees across the cone about a lobe's axis that its rays stay in. front_only: faces block nothing from
     behind. bent: how bent normals are written, where they are wanted. coding: a directional code, where one is wanted.
-    lights: which pictures of light are, RATIO, the share that gets through, or LIGHT, the light itself.
+    normal_maps: whether targets' normals are turned by their materials' normal maps; those that are baked from others
+    have none. lights: which pictures of light are, RATIO, the share that gets through, or LIGHT, the light itself.
 
     Raises InputError, one line, for a value out of range.
     """
@@ -79,6 +81,7 @@ class Settings:
     front_only: bool = False
     bent: Bent | None = None
     coding: Coding | None = None
+    normal_maps: bool = False
     lights: frozenset[str] = frozenset({RATIO})
 
     def __post_init__(self) -> None:
@@ -207,13 +210,16 @@ class Baker:
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress)
             surface = _in_tile(surface_of(target, frame.origin), tile)
-        low = texels.owner
+        texture = Texture(target, texels.owner, tile)
         if target.name in self._scene.highs:
             with timed(seconds, "texels"):
                 surface, texels = self._onto_highs(target, surface, texels, frame)
         with timed(seconds, "inside"):
             share = self._share_inside(target, surface, texels, frame)
             backs = self._share_turned(target, surface, texels, frame)
+        if settings.normal_maps and target.normal_map is not None and target.name not in self._scene.highs:
+            with timed(seconds, "texels"):
+                surface, texels = with_normals(target.normal_map, texture, surface, texels)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
         shown = target if tile is None else part_in_tile(target, tile)
         traced_maps = traced_estimators(settings.estimators, settings.bent)
@@ -221,7 +227,6 @@ class Baker:
         solved = bench.solve(seconds)
         with timed(seconds, "finish"):
             progress.raise_if_cancelled()
-            texture = Texture(target, low, tile) if settings.bent or settings.coding else None
             finisher = Finisher(
                 *(surface, texels.owner, texture, texels.coverage, settings.margin, camera),
                 *(self._scene.environment, settings.bent, settings.threads),
@@ -231,7 +236,7 @@ class Baker:
             for estimator, each in zip(traced_maps, solved, strict=True):
                 maps.update(finisher.maps(estimator, each, wanted))
         traced = sum(each.rays for each in solved)
-        if settings.coding is not None and texture is not None:
+        if settings.coding is not None:
             with timed(seconds, "code"):
                 coder = Coder(frame.scene, surface, texels.owner, texture, bench.rays(1, _CODES))
                 code = maps[settings.coding.code.name] = self._coded(coder, settings.coding, finisher, bench)

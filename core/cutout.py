@@ -8,40 +8,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .scene import Doubles, Floats, Ints
+from .picture import Picture, Wrap, sampled
+from .scene import Floats, Ints
 
 OPAQUE = -1  # in the place of a picture's number
 
 _Flags = NDArray[np.bool_]
 
 
-class Wrap(IntEnum):
-    """What lies beyond a picture's edges, as Blender's image nodes name it."""
-
-    REPEAT = 0
-    EXTEND = 1  # the texels of the edge
-    CLIP = 2  # nothing: clear
-    MIRROR = 3
-
-
 @dataclass(frozen=True, eq=False)
-class Alpha:
-    """A picture of opacity.
+class Alpha(Picture):
+    """A picture of opacity, (h, w) values from 0, clear, to 1, opaque.
 
-    values: (h, w) float32, 0 clear to 1 opaque, row 0 at the top; (1, 1) for a constant. linear: interpolated between
-    the texels' middles, else the nearest texel's. Raises InputError for values that are no picture or not from 0 to 1.
+    Raises InputError for values that are no picture or not from 0 to 1.
     """
-
-    values: Floats
-    linear: bool = True
-    wrap: Wrap = Wrap.REPEAT
 
     def __post_init__(self) -> None:
         if self.values.ndim != 2 or self.values.size == 0:
@@ -105,43 +91,6 @@ def opacity(cutout: Cutout, triangle: Ints, weights: Floats) -> Floats:
         corners = cutout.uv[triangle[here]].astype(np.float64)
         result[here] = sampled(alpha, np.einsum("nc,nca->na", weights[here].astype(np.float64), corners))
     return result
-
-
-def sampled(alpha: Alpha, uv: Doubles) -> Floats:
-    """(N,) float32: a picture's values at (N, 2) places, v up. Texel i lies between i / w and (i + 1) / w, as in Cycles
-    (kernel/device/cpu/image.h)."""
-    column, row = (uv * alpha.values.shape[::-1]).T
-    if not alpha.linear:
-        return _texels(alpha, np.floor(column), np.floor(row))
-    column, row = column - 0.5, row - 0.5
-    left, below = np.floor(column), np.floor(row)
-    x, y = column - left, row - below
-    low = _texels(alpha, left, below) * (1.0 - x) + _texels(alpha, left + 1.0, below) * x
-    high = _texels(alpha, left, below + 1.0) * (1.0 - x) + _texels(alpha, left + 1.0, below + 1.0) * x
-    values: Floats = (low * (1.0 - y) + high * y).astype(np.float32)
-    return values
-
-
-def _texels(alpha: Alpha, column: Doubles, row: Doubles) -> Floats:
-    """(N,) float32: texels by column, and by row from below: whole numbers of any size."""
-    height, width = alpha.values.shape
-    x, y = _within(column, width, alpha.wrap), _within(row, height, alpha.wrap)
-    values: Floats = alpha.values[height - 1 - y, x]
-    if alpha.wrap == Wrap.CLIP:
-        values = np.where((x == column) & (y == row), values, np.float32(0.0))
-    return values
-
-
-def _within(index: Doubles, size: int, wrap: Wrap) -> NDArray[np.int64]:
-    """(N,) int64: the texel from 0 to size that stands at each place of a row."""
-    if wrap == Wrap.REPEAT:
-        inside = np.mod(index, size)
-    elif wrap == Wrap.MIRROR:
-        inside = np.mod(index, 2 * size)
-        inside = np.minimum(inside, 2 * size - 1 - inside)
-    else:
-        inside = np.clip(index, 0, size - 1)
-    return inside.astype(np.int64)
 
 
 def simplified(cutout: Cutout) -> Cutout | None:

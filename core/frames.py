@@ -8,13 +8,15 @@ bitangent is the sign times normal x tangent. All is in object space; directions
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .scene import Doubles, Floats, Instance, Ints, Mesh, Placed, unit, unit_normals
+from .mending import uv_area_of
+from .scene import Doubles, Floats, Instance, Ints, Placed, unit, unit_normals
 from .texels import surface_points
 from .tiles import uv_in_tile
 
@@ -42,33 +44,60 @@ class Texture:
     """A target's texels in its texture. owner: (H, W) int32, a triangle of its mesh. tile: of a UDIM layout."""
 
     def __init__(self, target: Instance, owner: Ints, tile: int | None = None) -> None:
+        uv = target.mesh.uv
+        assert uv is not None
         self.target = target
-        mesh = target.mesh
-        assert mesh.uv is not None
-        self._owner = owner.reshape(-1)
-        self._uv = mesh.uv if tile is None else uv_in_tile(mesh.uv, tile)
-        self._places = surface_points(_flat(self._uv), owner)[0].reshape(-1, 3)
-        self._normals = _corner_normals(mesh)
+        self._owner, self._size = owner.reshape(-1), owner.shape[::-1]
+        self._uv = uv if tile is None else uv_in_tile(uv, tile)
+
+    @cached_property
+    def _places(self) -> Floats:
+        """(H · W, 3): the middles of the footprints, in UVs."""
+        return surface_points(_flat(self._uv), self._owner.reshape(self._size[::-1]))[0].reshape(-1, 3)
+
+    @cached_property
+    def _normals(self) -> NDArray[np.floating[Any]]:
+        """(T, 3, 3): shading normals, of flat faces their own."""
+        mesh = self.target.mesh
+        if mesh.normals is not None:
+            return mesh.normals
+        faces = unit_normals(mesh.vertices[mesh.triangles].astype(np.float64))
+        return np.repeat(faces[:, np.newaxis], 3, axis=1)
 
     def frames(self, texels: NDArray[np.int64]) -> Frames:
         """At the middles of the footprints of listed texels, y · W + x. Raises InputError as `check_tangents`."""
         check_tangents(self.target)
         tangents = self.target.mesh.tangents
         assert tangents is not None
-        triangle, weights = self._owner[texels], self._weights(texels)
+        return self.frames_of(tangents, texels)
+
+    def frames_of(self, tangents: Floats, texels: NDArray[np.int64]) -> Frames:
+        """`frames` by other tangents, (T, 3, 4), as those of another UV map."""
+        triangle, weights = self._owner[texels], self.weights(texels)
         normal = _interpolated(self._normals[triangle], weights)
         tangent = _interpolated(tangents[triangle, :, :3], weights)
         sign = np.where(tangents[triangle, 0, 3] < 0.0, -1.0, 1.0)
         return Frames(tangent, sign[:, np.newaxis] * np.cross(normal, tangent), normal, sign)
 
+    @cached_property
+    def areas(self) -> Doubles:
+        """(T,) float64: how many texels each triangle is as large as."""
+        areas: Doubles = np.abs(uv_area_of(self._uv.astype(np.float64) * self._size))
+        return areas
+
+    def owners(self, texels: NDArray[np.int64]) -> Ints:
+        """(N,) int32: the triangles of listed texels."""
+        return self._owner[texels]
+
     def normals(self, texels: NDArray[np.int64]) -> Doubles:
         """The frames' normals alone, (N, 3) float64."""
-        return _interpolated(self._normals[self._owner[texels]], self._weights(texels))
+        return _interpolated(self._normals[self._owner[texels]], self.weights(texels))
 
-    def _weights(self, texels: NDArray[np.int64]) -> Doubles:
-        """(N, 3) float64: barycentric weights of the footprints' middles, by the UVs' own plane."""
+    def weights(self, texels: NDArray[np.int64], shift: tuple[float, float] = (0.0, 0.0)) -> Doubles:
+        """(N, 3) float64: barycentric weights of the footprints' middles, by the UVs' own plane. shift: of the middles,
+        in texels."""
         triangle = self._owner[texels]
-        place = self._places[texels, :2].astype(np.float64)
+        place = self._places[texels, :2].astype(np.float64) + np.divide(shift, self._size)
         a, b, c = (self._uv[triangle, corner].astype(np.float64) for corner in range(3))
         edge1, edge2, to_place = b - a, c - a, place - a
         area = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
@@ -104,14 +133,6 @@ def _flat(uv: Floats) -> Placed:
     corners = np.concatenate([uv, np.zeros((*uv.shape[:2], 1), dtype=np.float32)], axis=2).reshape(-1, 3)
     triangles = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
     return Placed(np.ascontiguousarray(corners), triangles, np.ascontiguousarray(uv))
-
-
-def _corner_normals(mesh: Mesh) -> NDArray[np.floating[Any]]:
-    """(T, 3, 3): shading normals, of flat faces their own."""
-    if mesh.normals is not None:
-        return mesh.normals
-    faces = unit_normals(mesh.vertices[mesh.triangles].astype(np.float64))
-    return np.repeat(faces[:, np.newaxis], 3, axis=1)
 
 
 def _interpolated(corners: NDArray[np.floating[Any]], weights: Doubles) -> Doubles:

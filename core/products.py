@@ -52,7 +52,7 @@ class Finisher:
 
     surface: Placed
     owner: Ints
-    texture: Texture | None
+    texture: Texture
     coverage: Floats
     margin: int
     camera: Camera | None
@@ -78,7 +78,7 @@ class Finisher:
             yield BENT_NAME, self._solved(self._bent(solved), solved, solved.more_error)
 
     def _bent(self, solved: Solved) -> Floats:
-        assert self.bent is not None and self.texture is not None and solved.more is not None
+        assert self.bent is not None and solved.more is not None
         colours = encoded(bent_vectors(solved.more), self.bent, self.texture, solved.covered)
         return np.dstack([colours, solved.values]) if self.bent.with_ao else colours
 

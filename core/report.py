@@ -147,13 +147,14 @@ def _what_it_is(name: str, settings: Settings) -> dict[str, str | int | float]:
 
 
 def _reach(settings: Settings) -> dict[str, str | int | float]:
-    """What counts as an occluder."""
+    """What counts as an occluder, and about which normals."""
     return {
         "distance": "none" if settings.distance is None else settings.distance,
         "minimum_distance": settings.nearest,
         "falloff": settings.falloff.name.lower(),
         "spread": settings.spread,
         "faces": "front" if settings.front_only else "both",
+        "normal_maps": "yes" if settings.normal_maps else "no",
     }
 
 

@@ -19,6 +19,7 @@ from .errors import InputError
 if TYPE_CHECKING:
     from .cutout import Cutout
     from .environment import Environment
+    from .normal_map import NormalMap
 
 # Beyond these sizes the cubes of lengths leave float32's range on the way through the tracer, and it finds everything
 # shut or open. Measured: wrong values come below about 2e-11 and above about 2e13.
@@ -74,13 +75,15 @@ class Mesh:
 class Instance:
     """A mesh somewhere in the world. matrix: (4, 4) float64, object to world, any affine map. owner: the object that it
     belongs to, which of what an object instances is that object; the name, where it is empty. cutout: where its
-    materials let light through, None where they do not."""
+    materials let light through, None where they do not. normal_map: what its materials turn the normals by, None where
+    they do not, or nothing needs it."""
 
     name: str
     mesh: Mesh
     matrix: Doubles
     owner: str = ""
     cutout: Cutout | None = None
+    normal_map: NormalMap | None = None
 
     @property
     def belongs_to(self) -> str:
@@ -251,7 +254,7 @@ def placed(instance: Instance, origin: Doubles) -> Placed:
     uv = None if mesh.uv is None else np.ascontiguousarray(mesh.uv[:, order], dtype=np.float32)
     normals = None
     if mesh.normals is not None and np.linalg.det(linear) != 0.0:
-        normals = _turned(mesh.normals, linear)[:, order]
+        normals = carried(mesh.normals, linear)[:, order]
         normals = np.ascontiguousarray(normals, dtype=np.float32)
     return Placed(vertices, triangles, uv, normals)
 
@@ -261,12 +264,12 @@ def surface_of(instance: Instance, origin: Doubles) -> Placed:
     linear = instance.matrix[:3, :3]
     if np.linalg.det(linear) == 0.0:
         return placed(instance, origin)
-    faces = _turned(instance.mesh.doubled_areas, linear).astype(np.float32)
+    faces = carried(instance.mesh.doubled_areas, linear).astype(np.float32)
     return replace(placed(instance, origin), faces=faces)
 
 
-def _turned(normals: NDArray[_Real], linear: Doubles) -> NDArray[_Real]:
-    """Normals under a linear map, by its inverse transpose, at unit length; a zero normal stays zero."""
+def carried(normals: NDArray[_Real], linear: Doubles) -> NDArray[_Real]:
+    """Normals, (..., 3), under a linear map, by its inverse transpose, at unit length; a zero normal stays zero."""
     inverse = np.linalg.inv(linear)
     inverse /= np.abs(inverse).max()  # the length does not matter, and its square must stay within float32
     with np.errstate(over="ignore", invalid="ignore"):  # normals that are no numbers end as zero

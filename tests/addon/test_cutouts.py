@@ -16,7 +16,8 @@ from occlusion_bake.addon import pictures  # noqa: E402
 from occlusion_bake.addon.cutouts import Opacities, cutout_of  # noqa: E402
 from occlusion_bake.addon.cycles import bake_ao  # noqa: E402
 from occlusion_bake.addon.extract import corners_of  # noqa: E402
-from occlusion_bake.core.cutout import OPAQUE, Cutout, Wrap, opacity  # noqa: E402
+from occlusion_bake.core.cutout import OPAQUE, Cutout, opacity  # noqa: E402
+from occlusion_bake.core.picture import Wrap  # noqa: E402
 
 TEXELS, SAMPLES = 8, 256
 # A bake spreads its samples over the whole texel from 5.0 on, over the middle half before.

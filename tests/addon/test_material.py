@@ -211,3 +211,61 @@ def test_a_directional_code_goes_into_the_specular_level(
     bpy.ops.occlusion_bake.unhook()
     assert len(material.node_tree.nodes) == before
     assert surface.inputs["Specular IOR Level"].default_value == pytest.approx(0.3)
+
+
+def test_a_code_in_files_is_packed_for_the_material(
+    make: Any, set_panel: Any, press: Any, registered: None, tmp_path: Path
+) -> None:
+    make.plane("Coded")
+    set_panel(
+        width=32, height=32, quality="RAYS", rays=4, use_code=True, code="SH", use_material=True,
+        output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="16",
+    )  # fmt: skip
+    assert press("Coded") == {"FINISHED"}
+    assert len(list(tmp_path.glob("Coded_sh_3_*.png"))) == 4
+    tree = bpy.data.objects["Coded"].active_material.node_tree
+    pictures = [node.image for node in tree.nodes if node.type == "TEX_IMAGE" and "SH 3" in node.image.name]
+    assert len(pictures) == 4 and all(each.is_float and each.packed_file is not None for each in pictures)
+
+
+@pytest.mark.parametrize("normal_maps", [False, True])
+def test_a_code_about_mapped_normals_is_read_about_them(
+    normal_maps: bool, make: Any, set_panel: Any, press: Any, registered: None
+) -> None:
+    obj, paint = make.plane("Coded"), material()
+    obj.data.materials.append(paint)
+    tree = paint.node_tree
+    normal_map = tree.nodes.new("ShaderNodeNormalMap")
+    tree.links.new(normal_map.outputs[0], tree.nodes["Principled BSDF"].inputs["Normal"])
+    set_panel(width=32, height=32, quality="RAYS", rays=4, use_code=True, code="SH", use_material=True)
+    set_panel(use_normal_maps=True)
+    assert press("Coded") == {"FINISHED"}
+    set_panel(use_normal_maps=normal_maps)
+    assert press("Coded") == {"FINISHED"}
+    rebuilt = next(node for node in tree.nodes if node.type == "GROUP")
+    assert [link.from_node for link in rebuilt.inputs["Normal"].links] == ([normal_map] if normal_maps else [])
+
+
+def test_a_channel_of_an_image_fills_the_slot_too(
+    make: Any, set_panel: Any, press: Any, registered: None, tmp_path: Path
+) -> None:
+    """And the exporter takes it from there."""
+    obj, paint = make.plane("Packed"), material()
+    obj.data.materials.append(paint)
+    orm = bpy.data.images.new("ORM", 32, 32, is_data=True)
+    orm.pack()
+    set_panel(width=32, height=32, quality="RAYS", rays=4, output="CHANNEL", image=orm, channel="R")
+    set_panel(use_material=True, use_gltf=True)
+    for _ in range(2):
+        assert press("Packed") == {"FINISHED"}
+    assert mix(paint)[1].links[0].from_node.type == "SEPARATE_COLOR"
+    assert mix(paint)[1].links[0].from_socket.name == "Red"
+    assert sum(node.type == "SEPARATE_COLOR" for node in paint.node_tree.nodes) == 1
+    bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
+    bpy.ops.export_scene.gltf(filepath=str(tmp_path / "thing.gltf"), export_format="GLTF_SEPARATE")
+    (exported,) = json.loads((tmp_path / "thing.gltf").read_text())["materials"]
+    assert "index" in exported["occlusionTexture"]
+    assert unhook(obj) and not base(paint).is_linked
+    set_panel(channel="A", image=bpy.data.images.new("RGBA", 32, 32, alpha=True, is_data=True))
+    assert press("Packed") == {"FINISHED"}
+    assert mix(paint)[1].links[0].from_socket.name == "Alpha"

@@ -2,10 +2,28 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from occlusion_bake.bench.directional import EXPONENTS, RAYS_A_SIDE, Seen, cones, errors, frames_about, pooled, views
+from occlusion_bake.bench.directional import (
+    BY_SCENE,
+    BY_VIEW,
+    CODES,
+    EDGES,
+    EXPONENTS,
+    RAYS_A_SIDE,
+    Seen,
+    by_scene,
+    by_view,
+    cones,
+    errors,
+    frames_about,
+    pooled,
+    rmse,
+    views,
+)
 from occlusion_bake.core.horizon import open_horizon
 
 
@@ -21,9 +39,11 @@ def test_of_open_and_shut_texels_every_code_is_right() -> None:
         expected = open_horizon(exponent, views()[:, 2])
         assert_allclose(points.truth(views(), exponent), [expected, 0 * expected], atol=1e-12)
     found = errors(points.cells, points.truth)
-    for name, row in found.items():
-        right = name.startswith(("sh", "mask", "cells", "AO times"))
-        assert (max(row.values()) < 1e-4) == right, name
+    exact = {"AO times the open horizon", *(code.name for code in CODES)}
+    for name, squares in found.items():
+        assert squares.shape == (len(EXPONENTS), len(views()))
+        assert (squares.max() < 1e-8) == (name in exact), name
+    assert 0.0 < rmse(found["sh_3, RGBA images of 8 bits"], 10.0) < 0.02
 
 
 def test_a_half_open_texel_is_what_ao_cannot_tell() -> None:
@@ -31,8 +51,10 @@ def test_a_half_open_texel_is_what_ao_cannot_tell() -> None:
     rays[:, :, RAYS_A_SIDE // 2 :] = True
     points = seen(rays.reshape(1, -1))
     found = errors(points.cells, points.truth)
-    assert found["mask_16"][10.0] < 0.01 < 0.2 < found["AO times the open horizon"][10.0]
-    assert found["sh_6"][10.0] < found["sh_3"][10.0] < found["sh_2"][10.0]
+    error = {name: rmse(squares, 10.0) for name, squares in found.items()}
+    assert error["mask_16"] < 0.01 < 0.2 < error["AO times the open horizon"]
+    assert error["sh_6"] < error["sh_3"] < error["sh_2"]
+    assert error["sh_3"] < error["sh_3, RGBA images of 8 bits"] < error["sh_3"] + 0.01
 
 
 def test_cones_that_hold_one_another() -> None:
@@ -52,6 +74,32 @@ def test_frames_are_right_handed() -> None:
     assert_allclose(frames[:, 2], normals)
 
 
+def of_views(error: np.ndarray) -> np.ndarray:
+    """Squares of errors by view, the same at each exponent."""
+    return np.repeat(error[None] ** 2, len(EXPONENTS), axis=0)
+
+
 def test_sets_are_pooled_by_squares() -> None:
-    one, other = ({"sh_3": dict.fromkeys(EXPONENTS, error)} for error in (0.3, 0.4))
-    assert pooled([one, other])["sh_3"][10.0] == pytest.approx(np.sqrt(0.125))
+    one, other = ({"sh_3": of_views(np.full(len(views()), error))} for error in (0.3, 0.4))
+    assert rmse(pooled([one, other])["sh_3"], 10.0) == pytest.approx(np.sqrt(0.125))
+
+
+def test_every_view_is_in_the_band_that_its_cosine_is_in() -> None:
+    cosines = views()[:, 2]
+    for band, (low, high) in enumerate(pairwise(EDGES)):
+        within = (cosines >= low) & (cosines <= high)
+        squares = of_views(within.astype(float))
+        assert [rmse(squares, 10.0, each) for each in range(len(EDGES) - 1)] == [each == band for each in range(4)]
+        assert rmse(squares, 10.0) == pytest.approx(np.sqrt(within.mean()))
+
+
+def test_tables_hold_both_exponents_of_each_cell() -> None:
+    squares = np.outer(np.arange(len(EXPONENTS)) ** 2, np.ones(len(views())))
+    lines = by_view(dict.fromkeys(BY_VIEW, squares))
+    assert lines[0] == "| kept of a texel | n·v 0.15 to 0.35 | n·v 0.35 to 0.55 | n·v 0.55 to 0.75 | n·v 0.75 to 1 |"
+    assert lines[-1] == "| mask_16 |" + " 1.0000, 2.0000 |" * 4
+    one, other = (dict.fromkeys(BY_SCENE, factor * squares) for factor in (1.0, 4.0))
+    assert by_scene({"one": one, "other": other})[2:] == [
+        "| `one` | 1.0000, 2.0000 | 1.0000, 2.0000 |",
+        "| `other` | 2.0000, 4.0000 | 2.0000, 4.0000 |",
+    ]

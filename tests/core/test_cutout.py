@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from occlusion_bake.core.cutout import OPAQUE, Alpha, Cutout, Wrap, opacity, sampled, simplified
+from occlusion_bake.core.cutout import OPAQUE, Alpha, Cutout, opacity, simplified
 from occlusion_bake.core.errors import InputError
+from occlusion_bake.core.picture import Wrap, sampled
 
 PADDING = {Wrap.REPEAT: "wrap", Wrap.EXTEND: "edge", Wrap.CLIP: "constant", Wrap.MIRROR: "symmetric"}
 HALVES = np.float32([[1.0, 1.0, 0.0, 0.0]] * 4)  # opaque for u < 1/2

@@ -10,9 +10,10 @@ import pytest
 from occlusion_bake.core.bake import Settings, bake
 from occlusion_bake.core.codes import Code
 from occlusion_bake.core.coding import Coding
-from occlusion_bake.core.cutout import Alpha, Cutout, Wrap
+from occlusion_bake.core.cutout import Alpha, Cutout
 from occlusion_bake.core.errors import InputError
 from occlusion_bake.core.estimators import AO, Falloff, light, reflection
+from occlusion_bake.core.picture import Wrap
 from occlusion_bake.core.products import LIGHT
 from occlusion_bake.core.scene import Mesh, Scene
 

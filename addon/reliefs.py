@@ -1,0 +1,149 @@
+"""Normal maps that reach the normals of targets' materials, as Cycles' AO bake follows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ..core.normal_map import PLAIN, NormalMap, Relief
+from ..core.picture import Picture, Wrap
+from ..core.scene import Ints
+from .fields import Lookup
+from .links import Feed, Path, feeding, unread
+from .mesh_data import places_of, slots_of, tangents_of, uv_map
+from .opacity import nodes_of
+from .pictures import Pictures, Unread
+from .values import Values
+
+WHAT = "normal maps"
+_CURE = "link an Image Texture to a Normal Map node, and that to the shaders"
+_FLAT = np.float32((0.5, 0.5, 1.0))  # the colour that turns nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Imprint:
+    """A material's normal map before it lies on a mesh. lookup: None where it is the same all over. uv: the UV map that
+    it is made for, "" the one for renders."""
+
+    picture: Picture
+    lookup: Lookup | None
+    uv: str
+    strength: float
+
+
+class Imprints:
+    """The materials of one reading of a scene: each is followed once. override: a material that stands for all."""
+
+    def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
+        self._override, self._pictures = override, pictures or Pictures()
+        self._found: dict[str, Imprint | None] = {}
+
+    def of(self, material: bpy.types.Material | None, lines: list[str]) -> Imprint | None:
+        """A material's normal map, None where it has none. What there is to say of it is added to `lines` the first
+        time."""
+        material = self._override or material
+        if material is None:
+            return None
+        if material.name_full not in self._found:
+            self._found[material.name_full] = self._read(material, lines)
+        return self._found[material.name_full]
+
+    def _read(self, material: bpy.types.Material, lines: list[str]) -> Imprint | None:
+        try:
+            return imprint_of(material, self._pictures)
+        except Unread as unread:
+            what, cure = unread.in_words("normal"), unread.cure or _CURE
+            lines.append(f"{material.name}: {what}; it is baked with the mesh's own normals; {cure}")
+            return None
+
+
+def imprint_of(material: bpy.types.Material, pictures: Pictures) -> Imprint | None:
+    """The normal map of a material; None where its normals are the mesh's. Raises Unread."""
+    tree = nodes_of(material)
+    output = None if tree is None else tree.get_output_node("CYCLES")
+    feeds = {} if output is None else {_key(feed): feed for feed in _normals(output.inputs["Surface"], ())}
+    if len(feeds) > 1:
+        raise Unread("not the same in all of its shaders")
+    feed = next(iter(feeds.values()), None)
+    if feed is None or feed.node is None:
+        return None
+    node = feed.node
+    if node.type != "NORMAL_MAP":
+        raise unread(node)
+    if node.space != "TANGENT":
+        raise unread(node, f"a node Normal Map of {node.space.replace('_', ' ').title()}")
+    strength = feeding(node.inputs["Strength"], feed.path)
+    if strength.node is not None:
+        raise unread(node, "a node Normal Map whose strength is linked")
+    field = Values(pictures).colour(node.inputs["Color"], feed.path)
+    if field.lookup is None and np.array_equal(field.values[0, 0], _FLAT):
+        return None
+    colours = field.values
+    if getattr(node, "convention", "OPENGL") == "DIRECTX":
+        colours = np.stack([colours[..., 0], 1.0 - colours[..., 1], colours[..., 2]], axis=-1)
+    linear, wrap = (False, Wrap.EXTEND) if field.lookup is None else (field.lookup.linear, field.lookup.wrap)
+    picture = Picture(np.ascontiguousarray(colours, dtype=np.float32), linear, wrap)
+    return Imprint(picture, field.lookup, node.uv_map, max(float(strength.home.default_value), 0.0))
+
+
+def normal_map_of(
+    obj: bpy.types.Object, mesh: bpy.types.Mesh, corners: Ints, polygons: Ints, imprints: Imprints, lines: list[str]
+) -> NormalMap | None:
+    """What turns the normals of an evaluated object's mesh, None where nothing does; lines on materials that are met
+    first here and not read as they are.
+
+    corners: (T, 3) int32 corners of the mesh, polygons: (T,) int32, as of its loop triangles. Raises InputError for
+    faces that have no tangents.
+    """
+    found = [imprints.of(slot.material, lines) for slot in obj.material_slots]
+    found = [_if_laid(imprint, obj, mesh, lines) for imprint in found]
+    if not len(corners) or all(imprint is None for imprint in found):
+        return None
+    slots = slots_of(mesh, polygons, len(found))
+    relief = np.full(len(corners), PLAIN, dtype=np.int32)
+    uv = np.zeros((*corners.shape, 2), dtype=np.float32)
+    reliefs: list[Relief] = []
+    tangents: dict[str, Any] = {}
+    for slot, imprint in enumerate(found):
+        here = slots == slot
+        if imprint is None or not here.any():
+            continue
+        layer = uv_map(mesh, imprint.uv).name
+        if layer not in tangents:
+            tangents[layer] = tangents_of(mesh, obj.name, layer, corners, WHAT)
+        relief[here] = len(reliefs)
+        reliefs.append(Relief(imprint.picture, tangents[layer], imprint.strength))
+        if imprint.lookup is not None:
+            uv[here] = places_of(mesh, imprint.lookup, corners[here])
+    return NormalMap(reliefs, relief, uv) if reliefs else None
+
+
+def _if_laid(imprint: Imprint | None, obj: bpy.types.Object, mesh: bpy.types.Mesh, lines: list[str]) -> Imprint | None:
+    """None, and a line, where the mesh lacks the UV map whose tangents tell how the map lies."""
+    if imprint is None or uv_map(mesh, imprint.uv) is not None:
+        return imprint
+    name = f"UV map {imprint.uv}" if imprint.uv else "UV map"
+    lines.append(f"{obj.name}: it has no {name}, which its normal map is made for; it is baked with its own normals")
+    return None
+
+
+def _normals(socket: Any, path: Path) -> Iterator[Feed]:
+    """What feeds the normals of the shaders that feed a socket; of those that have one."""
+    feed = feeding(socket, path)
+    if feed.node is None:
+        return
+    if feed.node.type in ("MIX_SHADER", "ADD_SHADER"):
+        for each in feed.node.inputs[-2:]:
+            yield from _normals(each, feed.path)
+    elif "Normal" in feed.node.inputs:
+        yield feeding(feed.node.inputs["Normal"], feed.path)
+
+
+def _key(feed: Feed) -> tuple[Any, ...]:
+    """Equal where the same feeds; all that is not linked is the mesh's own."""
+    node = None if feed.node is None else feed.node.as_pointer()
+    return (node, *(each.as_pointer() for each in feed.path)) if node else ()
