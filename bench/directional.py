@@ -249,8 +249,8 @@ def _closer(squares: Doubles, band: int | None = None) -> str:
 
 
 def _table(heads: Sequence[str], rows: Mapping[str, Sequence[str]]) -> list[str]:
-    cells = [heads, ["---"] * len(heads), *([name, *row] for name, row in rows.items())]
-    return [f"| {' | '.join(each)} |" for each in cells]
+    first, *others = (f"| {' | '.join(each)} |" for each in (heads, *((name, *row) for name, row in rows.items())))
+    return [first, "|" + "---|" * len(heads), *others]
 
 
 def main(arguments: Sequence[str]) -> int:

@@ -27,7 +27,10 @@ from ..core.codes import Code
 from ..core.coding import Coding
 from ..core.environment import from_function
 from ..core.estimators import AO, Falloff, light
-from ..core.scene import Doubles, Scene
+from ..core.ground import ground_below
+from ..core.normal_map import NormalMap, Relief
+from ..core.picture import Picture
+from ..core.scene import Doubles, Scene, unit
 from .scenes import build
 
 PICTURE = Path(__file__).parent.parent / "docs" / "pictures" / "options.png"
@@ -41,6 +44,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "minimum distance 0.2": {**_FAR, "nearest": 0.2},
     "spread 60 degrees": {"spread": 60.0},
     "front faces only": {"front_only": True},
+    "ground": {},
+    "normal map": {"normal_maps": True},
     "bent normals": {"bent": Bent()},
     "share of a sunset's light": {"estimators": (light(),)},
     "code sh_3, 256 rays": {"coding": Coding(Code("sh", 3))},
@@ -55,16 +60,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     chosen = parser.parse_args(arguments)
     build(_SCENE)
     read = extract(bpy.context, bpy.context.view_layer, (_TARGET,), tangents=True)
-    scene = replace(read, environment=from_function(_sunset, 256))
+    scene = _with_waves(replace(read, environment=from_function(_sunset, 256)))
+    scenes = {"ground": replace(scene, occluders=[*scene.occluders, ground_below(scene.targets)])}
     times: dict[str, list[float]] = {name: [] for name in OPTIONS}
     bakes: dict[str, Baked] = {}
     for _ in range(chosen.rounds):  # in turns
         for name, values in OPTIONS.items():
-            bakes[name] = _bake(scene, values, chosen.size)
+            bakes[name] = _bake(scenes.get(name, scene), values, chosen.size)
             times[name].append(sum(bakes[name].seconds.values()))
     _draw(bakes)
     _print(times)
     return 0
+
+
+def _with_waves(scene: Scene) -> Scene:
+    """The target with a normal map of waves along both UVs."""
+    (target,) = scene.targets
+    mesh = target.mesh
+    assert mesh.uv is not None and mesh.tangents is not None
+    v, u = (np.indices((512, 512)) + 0.5) / 512.0
+    slopes = [0.7 * np.sin(80.0 * np.pi * u), 0.7 * np.sin(80.0 * np.pi * v), np.ones_like(u)]
+    waves = unit(np.stack(slopes, axis=2))
+    relief = Relief(Picture((0.5 + 0.5 * waves).astype(np.float32)), mesh.tangents)
+    laid = NormalMap([relief], np.zeros(len(mesh.triangles), dtype=np.int32), mesh.uv)
+    return replace(scene, targets=[replace(target, normal_map=laid)])
 
 
 def _sunset(ways: Doubles) -> Doubles:
@@ -81,7 +100,7 @@ def _bake(scene: Scene, values: Mapping[str, Any], size: int) -> Baked:
 
 
 def _draw(bakes: Mapping[str, Baked]) -> None:
-    figure, axes = plt.subplots(2, 5, figsize=(15, 6.4))
+    figure, axes = plt.subplots(3, 4, figsize=(12, 9.6))
     for axis, (name, baked) in zip(axes.flat, bakes.items(), strict=True):
         values = list(baked.maps.values())[-1].values
         if values.ndim == 3 and values.shape[2] > 3:  # a code: three of its numbers, about their middle

@@ -13,6 +13,7 @@ from occlusion_bake.core.coding import Coding
 from occlusion_bake.core.cutout import Alpha, Cutout
 from occlusion_bake.core.errors import InputError
 from occlusion_bake.core.estimators import AO, Falloff, light, reflection
+from occlusion_bake.core.ground import ground_below
 from occlusion_bake.core.picture import Wrap
 from occlusion_bake.core.products import LIGHT
 from occlusion_bake.core.scene import Mesh, Scene
@@ -138,6 +139,12 @@ def test_a_cutout_that_is_opaque_changes_nothing(shapes: Any, bake_one: Any) -> 
     np.testing.assert_array_equal(
         bake_one(replace(scene, occluders=[scene.occluders[0], cut]), rays=64).maps["ao"].values, plain
     )
+
+
+def test_an_upright_wall_on_the_ground_sees_half(shapes: Any, means_of: Any, assert_mean: Any) -> None:
+    wall = shapes.instance(shapes.quad((0, -1, 0), (0, 2, 0), (0, 0, 2), name="wall"))
+    on_ground = Scene([wall], [wall, ground_below([wall])])
+    assert_mean(means_of(on_ground, rays=256, size=8)["ao"], 0.5, slack=2e-4)  # under the ground's rim
 
 
 @pytest.mark.parametrize(
