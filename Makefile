@@ -51,8 +51,10 @@ sanitize: venv ## the kernel's own tests and fuzzed bakes under the address and 
 bake: venv ## bake the sample scenes
 	$(PY) -m occlusion_bake.samples.bake
 
-bench: venv $(VENV)/.bench ## seconds against error of ours and of others, into bench/RESULTS.md: hours; a scene alone: see there
+bench: venv $(VENV)/.bench ## seconds against error of ours and of others, into bench/RESULTS.md: hours; what options cost, how codes err
 	$(PY) -m occlusion_bake.bench.versus
+	$(PY) -m occlusion_bake.bench.options
+	$(PY) -m occlusion_bake.bench.directional
 
 bench-quick: venv ## the same of two scenes, small, in three minutes; into build/versus/QUICK.md
 	$(PY) -m occlusion_bake.bench.versus --quick

@@ -219,7 +219,7 @@ class Baker:
             backs = self._share_turned(target, surface, texels, frame)
         if settings.normal_maps and target.normal_map is not None and target.name not in self._scene.highs:
             with timed(seconds, "texels"):
-                surface, texels = with_normals(target.normal_map, texture, surface, texels)
+                surface = with_normals(target.normal_map, texture, surface, texels.owner)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
         shown = target if tile is None else part_in_tile(target, tile)
         traced_maps = traced_estimators(settings.estimators, settings.bent)

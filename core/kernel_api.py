@@ -63,6 +63,7 @@ class Surface(Structure):
         ("triangles", c_void_p),
         ("uv", c_void_p),
         ("normals", c_void_p),
+        ("texel_normals", c_void_p),
         ("faces", c_void_p),
         ("spacing", c_void_p),
         ("owner", c_void_p),

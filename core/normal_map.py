@@ -17,7 +17,7 @@ from .frames import Texture
 from .mending import uv_area_of
 from .picture import Picture, sampled
 from .scene import Doubles, Floats, Ints, Placed, carried, unit
-from .texels import Texels, in_bands
+from .texels import in_bands
 
 PLAIN = -1  # in the place of a relief's number
 _BAND = 1 << 18  # texels at a time
@@ -57,10 +57,10 @@ class NormalMap:
             )
 
 
-def with_normals(normal_map: NormalMap, texture: Texture, surface: Placed, texels: Texels) -> tuple[Placed, Texels]:
-    """The surface and the texels to bake: each texel is its owner's triangle once more, with the map's normal.
+def with_normals(normal_map: NormalMap, texture: Texture, surface: Placed, owner: Ints) -> Placed:
+    """The surface with the map's normals at its texels. texture: the target's; owner: (H, W) int32, its.
 
-    texture: the target's. Raises InputError for a map of another mesh.
+    Raises InputError for a map of another mesh.
     """
     if len(normal_map.relief) != len(surface.triangles):
         raise InputError(
@@ -68,22 +68,11 @@ def with_normals(normal_map: NormalMap, texture: Texture, surface: Placed, texel
             f"{len(surface.triangles)}; make it anew"
         )
     if np.linalg.det(texture.target.matrix[:3, :3]) == 0.0:  # flattened: its normals are those of its faces
-        return surface, texels
-    owned = np.flatnonzero(texels.owner >= 0)
-    triangle = texels.owner.reshape(-1)[owned]
-    own = [_normals(normal_map, texture, each) for each in in_bands(owned, _BAND)]
-    normals = np.concatenate(own).astype(np.float32)
-    owner = np.full(texels.owner.size, -1, dtype=np.int32)
-    owner[owned] = np.arange(len(owned), dtype=np.int32)
-    patches = replace(
-        surface,
-        triangles=surface.triangles[triangle],
-        uv=None if surface.uv is None else surface.uv[triangle],
-        normals=np.repeat(normals[:, np.newaxis], 3, axis=1),
-        faces=None if surface.faces is None else surface.faces[triangle],
-        spacing=None if surface.spacing is None else surface.spacing[triangle],
-    )
-    return patches, replace(texels, owner=owner.reshape(texels.owner.shape))
+        return surface
+    normals = np.zeros((owner.size, 3), dtype=np.float32)
+    for texels in in_bands(np.flatnonzero(owner >= 0), _BAND):
+        normals[texels] = _normals(normal_map, texture, texels)
+    return replace(surface, texel_normals=normals.reshape(*owner.shape, 3))
 
 
 def _normals(normal_map: NormalMap, texture: Texture, texels: NDArray[np.int64]) -> Doubles:

@@ -145,8 +145,9 @@ class Placed:
     """A mesh in world space, relative to an origin. The winding is outward even under a mirroring matrix.
 
     faces: (T, 3) float32 unit normals of the triangles from before their corners were rounded, which turns needles
-    about themselves; zero or None where they must be taken from the corners. spacing: (T,) float32, the side of a texel
-    on each triangle, None where its corners tell.
+    about themselves; zero or None where they must be taken from the corners. texel_normals: (H, W, 3) float32 unit
+    normals that texels are shaded by in the place of `normals`, None where these are. spacing: (T,) float32, the side of
+    a texel on each triangle, None where its corners tell.
     """
 
     vertices: Floats
@@ -155,6 +156,7 @@ class Placed:
     normals: Floats | None = field(default=None)
     faces: Floats | None = field(default=None)
     spacing: Floats | None = field(default=None)
+    texel_normals: Floats | None = field(default=None)
 
 
 def check_target(target: Instance) -> list[str]:

@@ -257,6 +257,7 @@ def describe_surface(surface: Placed, owner: Ints) -> api.Surface:
         api.address(surface.triangles, np.int32),
         api.address(surface.uv, np.float32),
         api.address(surface.normals, np.float32),
+        api.address(surface.texel_normals, np.float32),
         api.address(surface.faces, np.float32),
         api.address(surface.spacing, np.float32),
         api.address(owner, np.int32),

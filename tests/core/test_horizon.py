@@ -61,6 +61,7 @@ def test_behind_the_horizon_is_taken_for_the_horizon() -> None:
 
 
 @pytest.mark.parametrize("degrees", [0, 30, 60, 85])
+@pytest.mark.usefixtures("unmeasured")
 def test_an_open_floor_is_1_from_every_view(degrees: float, shapes: Any, means_of: Any, assert_mean: Any) -> None:
     scene = shapes.scene(shapes.plane(1.0), camera=grazing(degrees))
     divided = means_of(scene, estimators=MAPS, size=8, rays=64, threads=1, divide_horizon=True)

@@ -18,6 +18,7 @@ from occlusion_bake.core.picture import Wrap
 from occlusion_bake.core.products import LIGHT
 from occlusion_bake.core.scene import Mesh, Scene
 
+pytestmark = pytest.mark.usefixtures("unmeasured")
 HEIGHT, DISTANCE = 0.5, 2.0
 RATIO = HEIGHT / DISTANCE
 EXACT = {
@@ -119,7 +120,7 @@ def test_a_plate_of_some_opacity_lets_the_rest_through(
 ) -> None:
     """Each of two layers blocks that share of the rays that reach it."""
     for copies in (1, 2):
-        means = means_of(cut_scene(shapes, checker(np.array([[opacity]])), copies), rays=1024, size=8)
+        means = means_of(cut_scene(shapes, checker(np.array([[opacity]])), copies), rays=64, size=32)
         assert_mean(means["ao"], (1 - opacity) ** copies, slack=1e-5)
 
 

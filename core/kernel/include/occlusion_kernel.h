@@ -102,8 +102,8 @@ typedef struct ob_alpha {
    The arrays are not copied, for many meshes may share a picture: they must stay until the mesh, and every scene that
    it is in, is freed. The structs themselves may go. */
 typedef struct ob_cutout {
-  const float *uv;        /* triangle_count x 3 x 2, v up */
-  const int32_t *alpha;   /* triangle_count: which of the pictures is on it, -1: it is opaque */
+  const float *uv;      /* triangle_count x 3 x 2, v up */
+  const int32_t *alpha; /* triangle_count: which of the pictures is on it, -1: it is opaque */
   const ob_alpha *alphas;
   int32_t alpha_count;
 } ob_cutout;
@@ -122,13 +122,14 @@ typedef struct ob_device_info {
 
 /* Texels of one mesh: owner[y * width + x] is the triangle that owns the texel, -1 none. */
 typedef struct ob_surface {
-  const float *vertices;    /* vertex_count x 3 */
-  const int32_t *triangles; /* triangle_count x 3 */
-  const float *uv;          /* triangle_count x 3 x 2, v up */
-  const float *normals;     /* triangle_count x 3 x 3 unit shading normals, or NULL: flat */
-  const float *faces;       /* triangle_count x 3 unit normals, or NULL: from the corners, as where one is zero */
-  const float *spacing;     /* triangle_count sides of a texel on it, or NULL: from the corners */
-  const int32_t *owner;     /* height x width */
+  const float *vertices;      /* vertex_count x 3 */
+  const int32_t *triangles;   /* triangle_count x 3 */
+  const float *uv;            /* triangle_count x 3 x 2, v up */
+  const float *normals;       /* triangle_count x 3 x 3 unit shading normals, or NULL: flat */
+  const float *texel_normals; /* height x width x 3 unit shading normals in the place of those, or NULL */
+  const float *faces;         /* triangle_count x 3 unit normals, or NULL: from the corners, as where one is zero */
+  const float *spacing;       /* triangle_count sides of a texel on it, or NULL: from the corners */
+  const int32_t *owner;       /* height x width */
   int64_t vertex_count;
   int64_t triangle_count;
   int32_t width; /* 1 to 65536, as is the height */
@@ -196,15 +197,16 @@ OB_API const char *ob_error_message(void);
 OB_API int32_t ob_device_open(const char *embree_path, int32_t threads, ob_device **device, ob_device_info *info);
 OB_API void ob_device_close(ob_device *device);
 
-/* A mesh of its own, to be instanced. The arrays are copied, but for the cutout's. cutout: NULL where all of it is opaque. front_only: not 0:
- * rays go through its triangles from behind. Both are for rays that look for V, not for ob_first_hits or ob_inside. */
+/* A mesh of its own, to be instanced. The arrays are copied, but for the cutout's. cutout: NULL where all of it is
+ * opaque. front_only: not 0: rays go through its triangles from behind. Both are for rays that look for V, not for
+ * ob_first_hits or ob_inside. */
 OB_API int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_count, const int32_t *triangles,
                              int64_t triangle_count, const ob_cutout *cutout, int32_t front_only, ob_control *control,
                              ob_mesh **mesh);
 OB_API void ob_mesh_free(ob_mesh *mesh);
 
-/* A scene is begun, filled, committed once, traced any number of times. Arrays are copied, but for cutouts'; meshes are kept alive.
- * What is added is numbered from 0, in order, each instance by itself. */
+/* A scene is begun, filled, committed once, traced any number of times. Arrays are copied, but for cutouts'; meshes are
+ * kept alive. What is added is numbered from 0, in order, each instance by itself. */
 OB_API int32_t ob_scene_begin(ob_device *device, ob_scene **scene);
 OB_API int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count,
                                       const int32_t *triangles, int64_t triangle_count, const ob_cutout *cutout,

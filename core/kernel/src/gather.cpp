@@ -87,6 +87,16 @@ void fill_triangle(const ob_surface &surface, int64_t triangle, int lane, Group 
   }
 }
 
+// The texel's own normal, where texels have them, at all corners.
+void turn_normals(const ob_surface &surface, int64_t texel, int lane, Group &out) {
+  if (surface.texel_normals != nullptr) {
+    const float *n = surface.texel_normals + 3 * texel;
+    for (Lanes3 &shading : out.shading) {
+      store(shading, lane, {n[0], n[1], n[2]});
+    }
+  }
+}
+
 // Barycentric weights as affine functions of the place within the texel.
 void fill_weights(const TexelTriangle &triangle, Texel texel, int lane, Group &out) {
   const Point2 *c = triangle.corner;
@@ -212,6 +222,7 @@ int gather(const Places &places, int32_t tile, int group, const Feet &feet, cons
       } else {
         fill_triangle(surface, owner, lane, out);
       }
+      turn_normals(surface, place[lane].texel, lane, out);
       fill_weights(triangle, texel, lane, out);
       fit_feet(triangle, texel, feet.side * feet.side, lane, out);
     }
@@ -222,9 +233,11 @@ int gather(const Places &places, int32_t tile, int group, const Feet &feet, cons
 namespace {
 
 void fill_middle(const ob_surface &surface, Texel texel, int lane, Group &out) {
-  const int64_t owner = surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x];
+  const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
+  const int64_t owner = surface.owner[index];
   const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
   fill_triangle(surface, owner, lane, out);
+  turn_normals(surface, index, lane, out);
   fill_weights(triangle, texel, lane, out);
   out.foot_x[0][lane] = out.foot_y[0][lane] = 0.5F;
   if (holds_texel(out, lane)) {

@@ -83,6 +83,7 @@ struct Anything {
   int32_t triangles[6] = {0, 1, 2, 0, 2, 3};
   float uv[12] = {0, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 1};
   float normals[18] = {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1};
+  float texel_normals[3 * 64] = {};
   float facing[6] = {0, 0, 1, 0, 0, 1};
   float spacing[2] = {0.25F, 0.25F};
   int32_t owner[64] = {};
@@ -107,6 +108,9 @@ struct Anything {
     for (float &value : normals) {
       value = random.once_in(40) ? draw.one_of({kNan, kInfinity, 1e30F, 0.0F}) : value;
     }
+    for (float &value : texel_normals) {
+      value = random.once_in(40) ? draw.one_of({kNan, kInfinity, 1e30F, 0.0F}) : 0.577F;
+    }
     triangles[random.below(6)] = draw.good_or_bad({0, 3}, {-1, 4, INT32_MIN, INT32_MAX});
     const int32_t width = draw.good_or_bad({1, 3, 8}, {0, -1, 65537, INT32_MIN, INT32_MAX});
     const int32_t height = draw.good_or_bad({1, 5, 8}, {0, -1, 65537, INT32_MIN, INT32_MAX});
@@ -117,6 +121,7 @@ struct Anything {
                draw.present(triangles),
                draw.present(uv),
                draw.optional(normals),
+               draw.optional(texel_normals),
                draw.optional(facing),
                draw.optional(spacing),
                draw.present(owner),

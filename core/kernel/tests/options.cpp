@@ -174,6 +174,31 @@ static void test_bent(const Device &device) {
   }
 }
 
+// Half of the texels lean so that a quarter of their lobe's projection is below the floor, which lies on another.
+static void test_normals_of_texels(const Device &device) {
+  Target floor = floor_of();
+  const Scene scene = scene_of(device, {floor.mesh, square(-1e-5F, 4096.0F)});
+  for (size_t texel = 0; texel < floor.owner.size(); ++texel) {
+    const bool leans = texel % 2 == 1;
+    const float normal[] = {leans ? 0.8F : 0.0F, 0.0F, leans ? 0.6F : 1.0F};
+    floor.texel_normals.insert(floor.texel_normals.end(), normal, normal + 3);
+  }
+  for (const int32_t width : kWidths) {
+    const Sums sums = trace(scene, floor, settings_of(4096, width), {kAmbient});
+    must(sums.status);
+    for (size_t texel = 0; texel < floor.owner.size(); ++texel) {
+      CHECK_NEAR(sums.all[0][texel] / 4096.0F, texel % 2 == 1 ? 0.8 : 1.0, 0.02);
+    }
+  }
+  std::vector<float> positions(3 * floor.owner.size());
+  std::vector<float> normals(positions.size());
+  const ob_surface surface = floor.surface();
+  must(ob_surface_points(&surface, 1, positions.data(), normals.data()));
+  for (size_t i = 0; i < normals.size(); ++i) {
+    CHECK_NEAR(normals[i], floor.texel_normals[i], 1e-6);
+  }
+}
+
 // A light that is white in one row of cells and black elsewhere.
 struct Striped {
   static constexpr int32_t kSize = 4;
@@ -268,6 +293,7 @@ int main(int argc, char **argv) {
   test_first_hits_are_not_let_through(device);
   test_cutouts_are_checked(device);
   test_bent(device);
+  test_normals_of_texels(device);
   test_light(device);
   test_cells(device);
 }

@@ -172,7 +172,7 @@ static void test_feet_lie_on_the_covered_part() {
   const int32_t triangle[] = {0, 1, 2};
   const float uv[] = {0.1F, 0.1F, 0.95F, 0.3F, 0.4F, 0.9F};
   const std::vector<int32_t> owner(64, 0);
-  const ob_surface surface{vertices, triangle, uv, nullptr, nullptr, nullptr, owner.data(), 3, 1, 8, 8};
+  const ob_surface surface{vertices, triangle, uv, nullptr, nullptr, nullptr, nullptr, owner.data(), 3, 1, 8, 8};
   const ob::TexelTriangle where(uv, 8, 8);
   int partly = 0;
   for (int i = 0; i < ob::kGroups * kLanes; ++i) {

@@ -126,7 +126,8 @@ struct Target {
   Mesh mesh;
   int32_t width, height;
   std::vector<int32_t> owner;
-  std::vector<float> normals; // empty: flat
+  std::vector<float> normals;       // empty: flat
+  std::vector<float> texel_normals; // empty: the triangles'
 
   Target(Mesh from, int32_t wide, int32_t high)
       : mesh(std::move(from)), width(wide), height(high), owner(static_cast<size_t>(wide) * static_cast<size_t>(high)) {
@@ -140,6 +141,7 @@ struct Target {
             mesh.triangles.data(),
             mesh.uv.data(),
             normals.empty() ? nullptr : normals.data(),
+            texel_normals.empty() ? nullptr : texel_normals.data(),
             nullptr,
             nullptr,
             owner.data(),

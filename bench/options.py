@@ -1,6 +1,6 @@
 """What the options do, and what they cost: the picture and the table of docs/options.md.
 
-python -m occlusion_bake.samples.options [--rounds N] [--size N]
+python -m occlusion_bake.bench.options [--rounds N] [--size N]
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from ..core.ground import ground_below
 from ..core.normal_map import NormalMap, Relief
 from ..core.picture import Picture
 from ..core.scene import Doubles, Scene, unit
-from .scenes import build
+from ..samples.scenes import build
 
 PICTURE = Path(__file__).parent.parent / "docs" / "pictures" / "options.png"
 _SCENE, _TARGET, _REACH = "suzanne", "Suzanne", 1.0
@@ -54,7 +54,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Bake each option, draw the picture, print the table."""
-    parser = argparse.ArgumentParser("python -m occlusion_bake.samples.options")
+    parser = argparse.ArgumentParser("python -m occlusion_bake.bench.options")
     parser.add_argument("--rounds", type=int, default=3, help="how often each is timed (3)")
     parser.add_argument("--size", type=int, default=512, help="texels a side (512)")
     chosen = parser.parse_args(arguments)
