@@ -146,8 +146,8 @@ class Placed:
 
     faces: (T, 3) float32 unit normals of the triangles from before their corners were rounded, which turns needles
     about themselves; zero or None where they must be taken from the corners. texel_normals: (H, W, 3) float32 unit
-    normals that texels are shaded by in the place of `normals`, None where these are. spacing: (T,) float32, the side of
-    a texel on each triangle, None where its corners tell.
+    normals that texels are shaded by in the place of `normals`, None where these are. spacing: (T,) float32, the side
+    of a texel on each triangle, None where its corners tell.
     """
 
     vertices: Floats
