@@ -393,7 +393,8 @@ def _cutout(obj: bpy.types.Object, mesh: bpy.types.Mesh, found: _Found) -> Cutou
     materials = tuple(slot.material.name_full if slot.material else "" for slot in obj.material_slots)
     key = (mesh.as_pointer(), materials)
     if key not in found.cutouts:
-        covers = [found.opacities.of(slot.material, found.lines) for slot in obj.material_slots]
+        slotted = [slot.material for slot in obj.material_slots] or [None]
+        covers = [found.opacities.of(material, found.lines) for material in slotted]
         found.cutouts[key] = None
         if any(cover.alpha is not None for cover in covers):  # an opaque mesh is not looked at
             corners = corners_of(mesh)

@@ -117,14 +117,15 @@ def _remove_material(obj: bpy.types.Object) -> bool:
 
 def _value(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside: Any, channel: str) -> Any:
     """The socket that gives a map: the image's colour, or one of its channels."""
-    texture = _texture(tree, kind, image, uv, beside)
+    texture, parts = _texture(tree, kind, image, uv, beside), _ours(tree, f"{kind} channel")
     if channel in ("", "A"):
+        if parts is not None:
+            tree.nodes.remove(parts)
         return texture.outputs["Alpha" if channel else "Color"]
-    parts = _ours(tree, f"{kind} channel")
     if parts is None:
         place = (-500.0, 0.0 if kind == "ao" else -300.0)
         parts = _node(tree, "ShaderNodeSeparateColor", beside, place, f"{kind} channel")
-        tree.links.new(texture.outputs["Color"], parts.inputs["Color"])
+    tree.links.new(texture.outputs["Color"], parts.inputs["Color"])
     return parts.outputs["RGB".index(channel)]
 
 

@@ -88,7 +88,7 @@ class _BakeOperator(LongOperator):
 
         def deliver(result: Result) -> None:
             found = _still_there(result, chosen, outcome)
-            put(result, [obj for obj, _ in found], order, outcome.charting.layer)
+            put(result, found, order, outcome.charting.layer)
             for obj, target in found:
                 overlay.show(obj, target, result.bakes)
             for baked in result.bakes:
@@ -296,23 +296,24 @@ def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> li
     return found
 
 
-def put(result: Result, objects: Sequence[bpy.types.Object], order: Order, layer: str | None) -> None:
-    """The maps of a result to where they go. layer: the UV map that they are for, None for the active one."""
+def put(result: Result, found: Sequence[tuple[bpy.types.Object, Instance]], order: Order, layer: str | None) -> None:
+    """The maps of a result to where they go. found: the objects, as they are and as they were baked. layer: the UV map
+    that they are for, None for the active one."""
     options = order.options
     if options.colours:
-        store_colours(objects[0], result.target, result.baked)
+        store_colours(found[0][0], result.target, result.baked)
         return
     images = order.output.deliver(result, options.settings, shown=order.preview)
     channel = order.output.channel if order.output.kind == CHANNEL else ""
     if not channel:
         keep_order(order, images)
-    for obj in objects:
+    for obj, target in found:
         hook_up(
             *(obj, images, layer or own_active(obj.data)),
             preview=order.preview,
             gltf=order.gltf,
             channel=channel,
-            turned=options.settings.normal_maps or obj.name in options.highs,
+            turned=target.normal_map is not None or obj.name in options.highs,
         )
 
 

@@ -16,7 +16,8 @@ from ..core.images import check_format, suffix
 from .files import check_file, clean_name, tile_suffix, whole_path, write_map
 from .images import store, store_channel, store_file, store_tiles
 from .job import Result
-from .layers import are_grey, check_maps, code_of, is_one_grey, map_names
+from .layers import are_grey, check_maps, is_one_grey, map_names
+from .rebuild_nodes import CODE
 
 PACKED, SAVED, COLOURS, CHANNEL = "PACKED", "SAVED", "COLOURS", "CHANNEL"
 
@@ -47,7 +48,7 @@ class Output:
 
     def deliver(self, result: Result, settings: Settings, *, shown: bool = False) -> dict[str, bpy.types.Image]:
         """Put every map where it goes; returns the images by map. shown: in materials, whose nodes cannot read a code's
-        files, so that it is packed, too. Raises InputError, what was there untouched."""
+        files, so that the one that they are made for is packed, too. Raises InputError, what was there untouched."""
         baked = result.baked
         if self.kind == CHANNEL:
             image = bpy.data.images.get(self.image)
@@ -56,8 +57,7 @@ class Output:
             return {name: store_channel(image, self.channel, each, self.dither) for name, each in baked.maps.items()}
         if self.kind == SAVED:
             images = {name: self._save(result, name, settings) for name in baked.maps}
-            codes = [name for name in baked.maps if shown and code_of(name, settings) is not None]
-            return images | (_stored(result.bakes, settings, codes) if codes else {})
+            return images | (_stored(result.bakes, settings, [CODE]) if shown and CODE in baked.maps else {})
         return _stored(result.bakes, settings, baked.maps)
 
     def _save(self, result: Result, name: str, settings: Settings) -> bpy.types.Image:

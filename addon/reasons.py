@@ -51,7 +51,7 @@ def _of_normals(target: str, imprints: Imprints, *, normal_maps: bool) -> list[s
     lines: list[str] = []
     found = [imprints.of(material, lines) for material in _materials([target])]
     if any(found) and not normal_maps:
-        lines = ["Normals: Cycles follows the normal map of the material; switch Normal Maps on to bake by it"]
+        lines += ["Normals: Cycles follows the normal map of the material; switch Normal Maps on to bake by it"]
     return lines
 
 

@@ -19,7 +19,8 @@ from .images import MARK
 
 GROUP, LOBES = "Occlusion Bake RO", "Occlusion Bake lobes"
 IMAGES = 4  # of four numbers each
-CODES = tuple(f"sh_3_{number}" for number in range(IMAGES))  # what these are called among an object's
+CODE = "sh_3"
+CODES = tuple(f"{CODE}_{number}" for number in range(IMAGES))  # what these are called among an object's
 NORMAL = "Normal"  # the input of that name
 _EXPONENT = 10.0
 # Colours that a Normal Map node takes for the axes of the tangent frame: 0.5 is 0.
@@ -90,7 +91,7 @@ def lobe_texture() -> bpy.types.Image:
 
 def _group(uv: str) -> Any:
     """The group for one name of UV map, whose tangents it takes; made where there is none."""
-    mark = f"ro/{uv}"
+    mark = f"ro about a normal/{uv}"
     found = next((each for each in bpy.data.node_groups if each.get(MARK) == mark and each.library is None), None)
     if found is not None:
         return found

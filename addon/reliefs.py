@@ -11,7 +11,7 @@ import numpy as np
 
 from ..core.normal_map import PLAIN, NormalMap, Relief
 from ..core.picture import Picture, Wrap
-from ..core.scene import Ints
+from ..core.scene import Floats, Ints
 from .fields import Lookup
 from .links import Feed, Path, feeding, unread
 from .mesh_data import places_of, slots_of, tangents_of, uv_map
@@ -41,6 +41,7 @@ class Imprints:
     def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
         self._override, self._pictures = override, pictures or Pictures()
         self._found: dict[str, Imprint | None] = {}
+        self._tangents: dict[tuple[int, str], Floats] = {}  # by the mesh's address and the UV map
 
     def of(self, material: bpy.types.Material | None, lines: list[str]) -> Imprint | None:
         """A material's normal map, None where it has none. What there is to say of it is added to `lines` the first
@@ -51,6 +52,13 @@ class Imprints:
         if material.name_full not in self._found:
             self._found[material.name_full] = self._read(material, lines)
         return self._found[material.name_full]
+
+    def tangents(self, obj: bpy.types.Object, mesh: bpy.types.Mesh, layer: str, corners: Ints) -> Floats:
+        """`tangents_of` an evaluated object's mesh, which others may share."""
+        key = (mesh.as_pointer(), layer)
+        if key not in self._tangents:
+            self._tangents[key] = tangents_of(mesh, obj.name, layer, corners, WHAT)
+        return self._tangents[key]
 
     def _read(self, material: bpy.types.Material, lines: list[str]) -> Imprint | None:
         try:
@@ -99,36 +107,31 @@ def normal_map_of(
     corners: (T, 3) int32 corners of the mesh, polygons: (T,) int32, as of its loop triangles. Raises InputError for
     faces that have no tangents.
     """
-    found = [imprints.of(slot.material, lines) for slot in obj.material_slots]
-    found = [_if_laid(imprint, obj, mesh, lines) for imprint in found]
-    if not len(corners) or all(imprint is None for imprint in found):
-        return None
-    slots = slots_of(mesh, polygons, len(found))
+    materials = [slot.material for slot in obj.material_slots] or [None]
+    slots = slots_of(mesh, polygons, len(materials)) if len(corners) else np.zeros(0, dtype=np.int32)
     relief = np.full(len(corners), PLAIN, dtype=np.int32)
     uv = np.zeros((*corners.shape, 2), dtype=np.float32)
     reliefs: list[Relief] = []
-    tangents: dict[str, Any] = {}
-    for slot, imprint in enumerate(found):
-        here = slots == slot
-        if imprint is None or not here.any():
+    for slot in np.unique(slots):
+        imprint = imprints.of(materials[slot], lines)
+        if imprint is None:
             continue
-        layer = uv_map(mesh, imprint.uv).name
-        if layer not in tangents:
-            tangents[layer] = tangents_of(mesh, obj.name, layer, corners, WHAT)
+        layer = uv_map(mesh, imprint.uv)
+        if layer is None:
+            lines.append(_without_map(obj, imprint.uv))
+            continue
+        here = slots == slot
         relief[here] = len(reliefs)
-        reliefs.append(Relief(imprint.picture, tangents[layer], imprint.strength))
+        reliefs.append(Relief(imprint.picture, imprints.tangents(obj, mesh, layer.name, corners), imprint.strength))
         if imprint.lookup is not None:
             uv[here] = places_of(mesh, imprint.lookup, corners[here])
     return NormalMap(reliefs, relief, uv) if reliefs else None
 
 
-def _if_laid(imprint: Imprint | None, obj: bpy.types.Object, mesh: bpy.types.Mesh, lines: list[str]) -> Imprint | None:
-    """None, and a line, where the mesh lacks the UV map whose tangents tell how the map lies."""
-    if imprint is None or uv_map(mesh, imprint.uv) is not None:
-        return imprint
-    name = f"UV map {imprint.uv}" if imprint.uv else "UV map"
-    lines.append(f"{obj.name}: it has no {name}, which its normal map is made for; it is baked with its own normals")
-    return None
+def _without_map(obj: bpy.types.Object, name: str) -> str:
+    """The line on a mesh that lacks the UV map whose tangents tell how a normal map lies."""
+    lacks = f"UV map {name}" if name else "UV map"
+    return f"{obj.name}: it has no {lacks}, which its normal map is made for; it is baked with its own normals"
 
 
 def _normals(socket: Any, path: Path) -> Iterator[Feed]:

@@ -124,7 +124,8 @@ class Settings:
             return "a directional code"
         if LIGHT in self.lights and any(each.is_light for each in self.estimators):
             return "the light itself (not its share)"
-        return "dividing by the horizon" if self.divide_horizon else ""
+        reflected = any(each.axis is Axis.REFLECTED and not each.is_light for each in self.estimators)
+        return "dividing by the horizon" if self.divide_horizon and reflected else ""
 
     @property
     def needs_tangents(self) -> bool:
@@ -219,7 +220,9 @@ class Baker:
             backs = self._share_turned(target, surface, texels, frame)
         if settings.normal_maps and target.normal_map is not None and target.name not in self._scene.highs:
             with timed(seconds, "texels"):
-                surface = with_normals(target.normal_map, texture, surface, texels.owner)
+                progress.enter(f"{target.name}: laying its normal maps over it", _INSIDE)
+                laid = (target.normal_map, texture, surface, texels.owner)
+                surface = with_normals(*laid, threads=settings.threads, check=progress.raise_if_cancelled)
         camera = self._scene.camera and self._scene.camera.about(frame.origin)
         shown = target if tile is None else part_in_tile(target, tile)
         traced_maps = traced_estimators(settings.estimators, settings.bent)

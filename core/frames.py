@@ -93,11 +93,10 @@ class Texture:
         """The frames' normals alone, (N, 3) float64."""
         return _interpolated(self._normals[self._owner[texels]], self.weights(texels))
 
-    def weights(self, texels: NDArray[np.int64], shift: tuple[float, float] = (0.0, 0.0)) -> Doubles:
-        """(N, 3) float64: barycentric weights of the footprints' middles, by the UVs' own plane. shift: of the middles,
-        in texels."""
+    def weights(self, texels: NDArray[np.int64]) -> Doubles:
+        """(N, 3) float64: barycentric weights of the footprints' middles, by the UVs' own plane."""
         triangle = self._owner[texels]
-        place = self._places[texels, :2].astype(np.float64) + np.divide(shift, self._size)
+        place = self._places[texels, :2].astype(np.float64)
         a, b, c = (self._uv[triangle, corner].astype(np.float64) for corner in range(3))
         edge1, edge2, to_place = b - a, c - a, place - a
         area = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]

@@ -1,12 +1,15 @@
 """Normal maps of a target's materials: its texels' shading normals, in the place of those of its mesh.
 
-A texel stays the piece of surface that it is; it only gets a normal of its own, the mean of the map's over it, as a
-mip map has it. Cycles takes the map's normal anew for each of its samples.
+A texel stays the piece of surface that it is; it only gets a normal of its own, the map's at its middle. Of a map that
+is finer than the bake that is a mean over blocks of its texels, as mip maps have it (Williams, Pyramidal parametrics,
+1983). Cycles takes the map's normal anew for each of its samples.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,8 +23,7 @@ from .scene import Doubles, Floats, Ints, Placed, carried, unit
 from .texels import in_bands
 
 PLAIN = -1  # in the place of a relief's number
-_BAND = 1 << 18  # texels at a time
-_MOST_LOOKS = 4  # along a texel's side, into a map that is finer than the bake
+_BAND = 1 << 16  # texels at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +59,19 @@ class NormalMap:
             )
 
 
-def with_normals(normal_map: NormalMap, texture: Texture, surface: Placed, owner: Ints) -> Placed:
-    """The surface with the map's normals at its texels. texture: the target's; owner: (H, W) int32, its.
+def with_normals(
+    normal_map: NormalMap,
+    texture: Texture,
+    surface: Placed,
+    owner: Ints,
+    *,
+    threads: int = 0,
+    check: Callable[[], None] = lambda: None,
+) -> Placed:
+    """The surface with the map's normals at its texels. texture: the target's; owner: (H, W) int32, its. check: called
+    now and then, to raise Cancelled.
 
-    Raises InputError for a map of another mesh.
+    Triangles whose places in a picture are no numbers keep their normals. Raises InputError for a map of another mesh.
     """
     if len(normal_map.relief) != len(surface.triangles):
         raise InputError(
@@ -69,50 +80,56 @@ def with_normals(normal_map: NormalMap, texture: Texture, surface: Placed, owner
         )
     if np.linalg.det(texture.target.matrix[:3, :3]) == 0.0:  # flattened: its normals are those of its faces
         return surface
+    sound = np.isfinite(normal_map.uv).all(axis=(1, 2))
+    laid = replace(normal_map, relief=np.where(sound, normal_map.relief, np.int32(PLAIN)))
+    pictures = [_vectors(laid, number, texture) for number in range(len(laid.reliefs))]
     normals = np.zeros((owner.size, 3), dtype=np.float32)
-    for texels in in_bands(np.flatnonzero(owner >= 0), _BAND):
-        normals[texels] = _normals(normal_map, texture, texels)
+
+    def turn(texels: NDArray[np.int64]) -> None:
+        check()
+        normals[texels] = _normals(laid, pictures, texture, texels)
+
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+        for _ in pool.map(turn, in_bands(np.flatnonzero(owner >= 0), _BAND)):
+            pass
     return replace(surface, texel_normals=normals.reshape(*owner.shape, 3))
 
 
-def _normals(normal_map: NormalMap, texture: Texture, texels: NDArray[np.int64]) -> Doubles:
+def _vectors(laid: NormalMap, number: int, texture: Texture) -> Picture:
+    """A relief's colours as vectors, as coarse as the bake's texels: (h, w, 3) float32, the strength applied."""
+    relief, here = laid.reliefs[number], laid.relief == number
+    vectors = 2.0 * relief.picture.values - np.float32(1.0)
+    vectors[..., :2] *= np.float32(relief.strength)
+    vectors[..., 2] = 1.0 + (vectors[..., 2] - 1.0) * np.float32(min(relief.strength, 1.0))
+    height, width = vectors.shape[:2]
+    in_map = np.abs(uv_area_of(laid.uv[here].astype(np.float64) * (width, height))).sum()
+    in_bake = np.nansum(texture.areas[here])
+    times = int(np.clip(np.rint(np.sqrt(in_map / max(in_bake, 1e-12))), 1, max(height, width)))
+    return replace(relief.picture, values=_coarser(unit(vectors), times))
+
+
+def _coarser(values: Floats, times: int) -> Floats:
+    """Means over blocks of so many texels a side, or one more or less where that does not go in evenly."""
+    if times == 1:
+        return values
+    for axis in (0, 1):
+        size = values.shape[axis]
+        starts = np.arange(max(size // times, 1)) * size // max(size // times, 1)
+        counts = np.diff(starts, append=size).astype(np.float32)
+        values = (np.add.reduceat(values, starts, axis=axis) / np.expand_dims(counts, (1 - axis, 2))).astype(np.float32)
+    return values
+
+
+def _normals(laid: NormalMap, pictures: Sequence[Picture], texture: Texture, texels: NDArray[np.int64]) -> Doubles:
     """(N, 3) float64: unit normals of listed texels in world space."""
-    normals, relief = unit(texture.normals(texels)), normal_map.relief[texture.owners(texels)]
-    for number, each in enumerate(normal_map.reliefs):
+    triangle, weights = texture.owners(texels), texture.weights(texels)
+    normals, relief = unit(texture.normals(texels)), laid.relief[triangle]
+    for number, picture in enumerate(pictures):
         here = np.flatnonzero(relief == number)
         if len(here):
-            mapped = _mean(each, normal_map.uv, texture, texels[here], _looks(normal_map, number, texture))
+            frames = texture.frames_of(laid.reliefs[number].tangents, texels[here])
+            place = np.einsum("nc,nca->na", weights[here], laid.uv[triangle[here]].astype(np.float64))
+            x, y, z = np.moveaxis(sampled(picture, place)[:, :, np.newaxis].astype(np.float64), 1, 0)
+            mapped = unit(x * frames.tangent + y * frames.bitangent + z * frames.normal)
             normals[here] = np.where(mapped.any(axis=1, keepdims=True), mapped, normals[here])
     return carried(normals, texture.target.matrix[:3, :3])
-
-
-def _looks(normal_map: NormalMap, number: int, texture: Texture) -> int:
-    """How often a side of a texel is looked at: once for each texel of the map along it, at most."""
-    here = normal_map.relief == number
-    height, width = normal_map.reliefs[number].picture.values.shape[:2]
-    in_map = np.abs(uv_area_of(normal_map.uv[here].astype(np.float64) * (width, height))).sum()
-    in_bake = texture.areas[here].sum()
-    return int(np.clip(np.rint(np.sqrt(in_map / max(in_bake, 1e-12))), 1, _MOST_LOOKS))
-
-
-def _mean(relief: Relief, uv: Floats, texture: Texture, texels: NDArray[np.int64], looks: int) -> Doubles:
-    """(N, 3) float64: the mean of a relief's normals over texels, in object space; zero where there are none."""
-    frames = texture.frames_of(relief.tangents, texels)
-    corners = uv[texture.owners(texels)].astype(np.float64)
-    whole = np.zeros((len(texels), 3))
-    for look in np.ndindex(looks, looks):
-        shift = (look[0] + 0.5) / looks - 0.5, (look[1] + 0.5) / looks - 0.5
-        place = np.einsum("nc,nca->na", _within(texture.weights(texels, shift)), corners)
-        along = 2.0 * sampled(relief.picture, place).astype(np.float64) - 1.0
-        along[:, :2] *= relief.strength
-        along[:, 2] = 1.0 + (along[:, 2] - 1.0) * min(relief.strength, 1.0)
-        x, y, z = (along[:, axis, np.newaxis] for axis in range(3))
-        whole += unit(x * frames.tangent + y * frames.bitangent + z * frames.normal)
-    return unit(whole)
-
-
-def _within(weights: Doubles) -> Doubles:
-    """Weights of places that are kept from leaving their triangles: beyond an edge may lie another chart."""
-    inside = np.maximum(weights, 0.0)
-    kept: Doubles = inside / inside.sum(axis=1, keepdims=True)
-    return kept

@@ -111,7 +111,8 @@ class Finisher:
     ) -> BakedMap:
         """A map with its margin, written into `values`. covered: (H, W) bool, texels with a value."""
         coverage = np.where(covered, self.coverage, np.float32(0.0))
-        mean = float(values[covered].mean(dtype=np.float64)) if covered.any() else 0.0
+        where = covered if values.ndim == 2 else covered[..., np.newaxis]
+        mean = float(values.mean(dtype=np.float64, where=where)) if covered.any() else 0.0
         filled = fill_margins(values, covered, self.margin) if mixes else values
         return BakedMap(filled, covered, coverage, error.rmse, error.p99, mean, rays, mixes)
 

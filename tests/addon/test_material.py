@@ -228,6 +228,18 @@ def test_a_code_in_files_is_packed_for_the_material(
     assert len(pictures) == 4 and all(each.is_float and each.packed_file is not None for each in pictures)
 
 
+def test_of_codes_in_files_only_the_nodes_own_is_packed(
+    make: Any, set_panel: Any, press: Any, registered: None, tmp_path: Path
+) -> None:
+    make.plane("Coded")
+    set_panel(
+        width=32, height=32, quality="RAYS", rays=4, use_code=True, code="MASK8", use_material=True,
+        output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="16",
+    )  # fmt: skip
+    assert press("Coded") == {"FINISHED"}
+    assert not any(image.packed_file is not None and "Mask" in image.name for image in bpy.data.images)
+
+
 @pytest.mark.parametrize("normal_maps", [False, True])
 def test_a_code_about_mapped_normals_is_read_about_them(
     normal_maps: bool, make: Any, set_panel: Any, press: Any, registered: None
@@ -236,6 +248,7 @@ def test_a_code_about_mapped_normals_is_read_about_them(
     obj.data.materials.append(paint)
     tree = paint.node_tree
     normal_map = tree.nodes.new("ShaderNodeNormalMap")
+    normal_map.inputs["Color"].default_value = (0.8, 0.5, 0.9, 1.0)
     tree.links.new(normal_map.outputs[0], tree.nodes["Principled BSDF"].inputs["Normal"])
     set_panel(width=32, height=32, quality="RAYS", rays=4, use_code=True, code="SH", use_material=True)
     set_panel(use_normal_maps=True)
@@ -244,6 +257,9 @@ def test_a_code_about_mapped_normals_is_read_about_them(
     assert press("Coded") == {"FINISHED"}
     rebuilt = next(node for node in tree.nodes if node.type == "GROUP")
     assert [link.from_node for link in rebuilt.inputs["Normal"].links] == ([normal_map] if normal_maps else [])
+    tree.links.new(tree.nodes.new("ShaderNodeBump").outputs[0], tree.nodes["Principled BSDF"].inputs["Normal"])
+    assert press("Coded") == {"FINISHED"}  # about the mesh's own normals, as a line says
+    assert not rebuilt.inputs["Normal"].is_linked
 
 
 def test_a_channel_of_an_image_fills_the_slot_too(
@@ -269,3 +285,4 @@ def test_a_channel_of_an_image_fills_the_slot_too(
     set_panel(channel="A", image=bpy.data.images.new("RGBA", 32, 32, alpha=True, is_data=True))
     assert press("Packed") == {"FINISHED"}
     assert mix(paint)[1].links[0].from_socket.name == "Alpha"
+    assert not any(node.type == "SEPARATE_COLOR" for node in paint.node_tree.nodes)

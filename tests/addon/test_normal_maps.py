@@ -173,6 +173,13 @@ def test_slots_have_their_own(make: Any) -> None:
     assert scene.targets[0].normal_map is None
 
 
+def test_a_material_that_stands_for_all_counts_without_slots(make: Any) -> None:
+    make.cube("Cube")
+    bpy.context.view_layer.material_override = Paint(waves()).material
+    found, lines = read("Cube")
+    assert lines == [] and (found.relief == 0).all()
+
+
 def test_tangents_that_do_not_exist(make: Any, bake: Any) -> None:
     cube = make.cube("Cube")
     cube.data.materials.append(Paint(waves(), uv="Elsewhere").material)

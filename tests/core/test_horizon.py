@@ -73,6 +73,7 @@ def test_an_open_floor_is_1_from_every_view(degrees: float, shapes: Any, means_o
 
 @pytest.mark.parametrize("degrees", [30, 85])
 @pytest.mark.parametrize("away", [1, -1])
+@pytest.mark.usefixtures("unmeasured")
 def test_before_a_wall(away: float, degrees: float, shapes: Any, means_of: Any, assert_mean: Any) -> None:
     """A wall along y, towards +x, R leaning to it or away: both RO and what is open of it are integrals of cosᵉ over
     what is left of the lobe's half-circle, so that the whole is of no account."""
@@ -83,7 +84,7 @@ def test_before_a_wall(away: float, degrees: float, shapes: Any, means_of: Any, 
     seen = _lobe(exponent, -np.pi / 2 - angle, np.pi / 2 - np.arctan(height) - angle)
     free = _lobe(exponent, -np.pi / 2 - angle, np.pi / 2 - angle)
     maps = (reflection(exponent, from_camera=True),)
-    means = means_of(scene, estimators=maps, size=8, rays=128, threads=1, divide_horizon=True)["ro_10"]
+    means = means_of(scene, estimators=maps, size=16, rays=64, threads=1, divide_horizon=True)["ro_10"]
     assert_mean(means, seen / free, slack=1e-4)  # the wall is not endless, nor the patch a point
 
 

@@ -159,13 +159,17 @@ def test_an_upright_wall_on_the_ground_sees_half(shapes: Any, means_of: Any, ass
         ({"spread": 181.0}, "spread 181"),
         ({"spread": 60.0, "coding": Coding(Code("sh", 3))}, "spread 60: a directional code is of whole lobes"),
         ({"spread": 60.0, "estimators": (light(),), "lights": frozenset({LIGHT})}, "spread 60: the light itself"),
-        ({"spread": 60.0, "divide_horizon": True}, "spread 60: dividing by the horizon"),
+        (
+            {"spread": 60.0, "divide_horizon": True, "estimators": (reflection(10.0, from_camera=True),)},
+            "spread 60: dividing by the horizon",
+        ),
     ],
 )
 def test_wrong_settings_are_refused(wrong: dict[str, Any], line: str) -> None:
     with pytest.raises(InputError, match=line):
         Settings(**wrong)
     assert Settings(spread=60.0, estimators=(light(),)).spread == 60.0  # the share has a meaning within a cone
+    assert Settings(spread=60.0, divide_horizon=True).spread == 60.0  # of AO there is nothing to divide
 
 
 def test_an_occluder_behind_another_is_met_through_its_hole(shapes: Any) -> None:

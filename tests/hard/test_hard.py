@@ -10,6 +10,7 @@ from occlusion_bake.bench.truth.hard.case import Case, judge, speckles
 from occlusion_bake.bench.truth.hard.catalogue import CASES
 from occlusion_bake.core.scene import Scene
 
+pytestmark = pytest.mark.usefixtures("unmeasured")
 BY_NAME = {case.name: case for case in CASES}
 
 

@@ -59,7 +59,9 @@ float spacing_of(const Group &group, const ob_surface &surface, int64_t owner, i
 
 bool read_points(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int block, const PacketCode &code,
                  Group &group, Frames &frames, Points &points) {
-  if (gather_middles(surface, tile_x, tile_y, block, group) == 0) {
+  ob_surface mesh = surface; // whose own normals tell in which plane neighbours lie
+  mesh.texel_normals = nullptr;
+  if (gather_middles(mesh, tile_x, tile_y, block, group) == 0) {
     return false;
   }
   code.place(group, 1, frames);
@@ -370,8 +372,28 @@ void find_neighbours(ob_field &field, int32_t threads, ob_control *control) {
   field.near = joined(near);
 }
 
+// The normals that texels have of their own; of one that is no number the mesh's.
+std::vector<Lanes3> turned_normals(const ob_surface &surface, const std::vector<Cluster> &clusters) {
+  std::vector<Lanes3> turned;
+  turned.reserve(clusters.size());
+  for (const Cluster &cluster : clusters) {
+    turned.push_back(cluster.normal);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const float *own = surface.texel_normals + 3 * static_cast<int64_t>(cluster.texel[lane]);
+      if (const float length = std::sqrt(dot3(own, own)); length > 1e-6F && std::isfinite(length)) {
+        const float unit[] = {own[0] / length, own[1] / length, own[2] / length};
+        put(turned.back(), lane, unit);
+      }
+    }
+  }
+  return turned;
+}
+
 int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, ob_field &field) {
   field.clusters = find_clusters(surface, field.slab, threads, control);
+  if (surface.texel_normals != nullptr) {
+    field.turned = turned_normals(surface, field.clusters);
+  }
   if (!cancelled(control)) {
     find_neighbours(field, threads, control);
   }
@@ -415,7 +437,10 @@ int32_t filter(const ob_field &field, const ob_signal &images, ob_control *contr
   const auto count = static_cast<int64_t>(field.clusters.size());
   const int64_t pieces = (count + kStretch - 1) / kStretch;
   std::vector<Signal> signals(field.clusters.size());
-  const Neighbours neighbours{field.clusters.data(), field.first.data(), field.near.data(), images.sharpness};
+  std::vector<Lanes3> slopes(field.turned.size());
+  const Lanes3 *turned = field.turned.empty() ? nullptr : field.turned.data();
+  const Neighbours neighbours{field.clusters.data(), field.first.data(), field.near.data(), images.sharpness, turned,
+                              slopes.data()};
   begin(control, 3 * pieces);
   const auto for_all = [&](auto body) {
     run_parallel(thread_count(images.threads), pieces, [&](auto next) {

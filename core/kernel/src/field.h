@@ -11,4 +11,5 @@ struct ob_field {
   std::vector<ob::Cluster> clusters;
   std::vector<int64_t> first; // one more than there are clusters
   std::vector<int32_t> near;
+  std::vector<ob::Lanes3> turned; // the texels' own normals, of each cluster, where they have any
 };

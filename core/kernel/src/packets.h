@@ -125,7 +125,9 @@ struct Neighbours {
   const Cluster *clusters;
   const int64_t *first;
   const int32_t *near;
-  float sharpness; // how fast weights fall as normals turn away: exp(-sharpness (1 - cos))
+  float sharpness;      // how fast weights fall as normals turn away: exp(-sharpness (1 - cos))
+  const Lanes3 *turned; // of each cluster, the normals that texels have of their own; NULL: they have none
+  Lanes3 *slopes;       // of each, how its guides change with these
 };
 
 // One instruction set's build of the steps.

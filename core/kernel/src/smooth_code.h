@@ -16,6 +16,7 @@ constexpr float kGuideRadius = 3.0F;      // in spacings
 constexpr float kTolerance = 3.5F * 3.5F; // squared difference of guides, in their variances, at which weights are 1/e
 constexpr float kFlatness = 1.0F;         // squared distance from the tangent planes, in spacings, for 1/e
 constexpr float kRidge = 0.3F;            // added to the spread of the places: a plane is not tilted by two points
+constexpr float kNormalRidge = 1e-5F;     // and to that of the normals
 // Scatter above so many times the noise counts as detail. Less of it would take more noise for detail than it saves in
 // blur: 6 was best on the samples, from 16 to 64 rays.
 constexpr float kScatter = 6.0F;
@@ -30,67 +31,120 @@ Lanes falloff(Lanes x) {
   return t4 * t4;
 }
 
+// What values are fitted by: a neighbour's place in the tangent plane; and where texels have normals of their own, how
+// it is turned against the point, too, for AO is nearly linear in the normal.
+constexpr int kByPlace = 2;
+constexpr int kByNormal = 5;
+
 // Weighted sums over the neighbours of sixteen points; places in spacings, values relative to each point's origin.
-struct Moments {
-  Lanes w, x, y, xx, xy, yy, v, xv, yv, vv;
-  Lanes noise;      // of w times the variance of the value
-  Lanes ww, spread; // of w², and of that times the variance
+template <int D> struct Moments {
+  Lanes w, v, vv;
+  Lanes at[D], value_at[D];
+  Lanes products[D][D]; // the lower half
+  Lanes noise;          // of w times the variance of the value
+  Lanes ww, spread;     // of w², and of that times the variance
 };
 
-struct Fit {
-  Lanes value;   // at the point, relative to its origin
-  Lanes error;   // variance of the value, by the rays' noise
-  Lanes scatter; // mean square of what the plane leaves over
-  Lanes noise;   // the part of it that the rays' noise explains
-  Lanes share;   // of a point here, of weight 1, in the value
-  Lanes squares; // about the sum of the squared shares of all points
+template <int D> struct Fit {
+  Lanes value;    // at the point, relative to its origin
+  Lanes slope[D]; // from it
+  Lanes error;    // variance of the value, by the rays' noise
+  Lanes scatter;  // mean square of what the plane leaves over
+  Lanes noise;    // the part of it that the rays' noise explains
+  Lanes share;    // of a point here, of weight 1, in the value
+  Lanes squares;  // about the sum of the squared shares of all points
 };
 
-void add(Moments &m, Lanes w, Lanes x, Lanes y, Lanes v, Lanes variance) {
-  const Lanes wx = w * x;
-  const Lanes wy = w * y;
+template <int D> void add(Moments<D> &m, Lanes w, const Lanes (&at)[D], Lanes v, Lanes variance) {
   const Lanes wv = w * v;
   m.w += w;
-  m.x += wx;
-  m.y += wy;
-  m.xx += wx * x;
-  m.xy += wx * y;
-  m.yy += wy * y;
   m.v += wv;
-  m.xv += wx * v;
-  m.yv += wy * v;
   m.vv += wv * v;
+  for (int i = 0; i < D; ++i) {
+    const Lanes weighted = w * at[i];
+    m.at[i] += weighted;
+    m.value_at[i] += weighted * v;
+    for (int j = 0; j <= i; ++j) {
+      m.products[i][j] += weighted * at[j];
+    }
+  }
   m.noise += w * variance;
   const Lanes ww = w * w;
   m.ww += ww;
   m.spread += ww * variance;
 }
 
-Fit fitted(const Moments &m) {
+// A symmetric matrix as L D Lᵀ, in place: D on the diagonal, L below it.
+template <int D> void decompose(Lanes (&a)[D][D]) {
+  for (int j = 0; j < D; ++j) {
+    for (int k = 0; k < j; ++k) {
+      a[j][j] -= a[j][k] * a[j][k] * a[k][k];
+    }
+    a[j][j] = at_least(a[j][j], all(1e-9F));
+    const Lanes inverse = 1.0F / a[j][j];
+    for (int i = j + 1; i < D; ++i) {
+      for (int k = 0; k < j; ++k) {
+        a[i][j] -= a[i][k] * a[j][k] * a[k][k];
+      }
+      a[i][j] *= inverse;
+    }
+  }
+}
+
+template <int D> void solve(const Lanes (&a)[D][D], const Lanes (&right)[D], Lanes (&left)[D]) {
+  for (int i = 0; i < D; ++i) {
+    left[i] = right[i];
+    for (int k = 0; k < i; ++k) {
+      left[i] -= a[i][k] * left[k];
+    }
+  }
+  for (int i = D - 1; i >= 0; --i) {
+    left[i] *= 1.0F / a[i][i];
+    for (int k = i + 1; k < D; ++k) {
+      left[i] -= a[k][i] * left[k];
+    }
+  }
+}
+
+template <int D> Fit<D> fitted(const Moments<D> &m) {
   const Lanes inverse = 1.0F / at_least(m.w, all(1e-20F));
-  const Lanes x = m.x * inverse;
-  const Lanes y = m.y * inverse;
   const Lanes v = m.v * inverse;
-  const Lanes xx = m.xx * inverse - x * x;
-  const Lanes xy = m.xy * inverse - x * y;
-  const Lanes yy = m.yy * inverse - y * y;
-  const Lanes xv = m.xv * inverse - x * v;
-  const Lanes yv = m.yv * inverse - y * v;
-  const Lanes a = xx + kRidge;
-  const Lanes b = yy + kRidge;
-  const Lanes determinant = 1.0F / (a * b - xy * xy);
-  const Lanes slope_x = (xv * b - yv * xy) * determinant;
-  const Lanes slope_y = (yv * a - xv * xy) * determinant;
-  const Lanes leverage = 1.0F + (x * x * b - 2.0F * x * y * xy + y * y * a) * determinant;
-  const Lanes scatter = m.vv * inverse - v * v - 2.0F * (slope_x * xv + slope_y * yv) + slope_x * slope_x * xx +
-                        2.0F * slope_x * slope_y * xy + slope_y * slope_y * yy;
+  Lanes mean[D];
+  Lanes together[D]; // covariances with the value
+  Lanes covariance[D][D];
+  Lanes matrix[D][D];
+  for (int i = 0; i < D; ++i) {
+    mean[i] = m.at[i] * inverse;
+    together[i] = m.value_at[i] * inverse - mean[i] * v;
+    for (int j = 0; j <= i; ++j) {
+      covariance[i][j] = covariance[j][i] = matrix[i][j] = m.products[i][j] * inverse - mean[i] * mean[j];
+    }
+    matrix[i][i] += i < kByPlace ? kRidge : kNormalRidge;
+  }
+  decompose(matrix);
+  Fit<D> fit{};
+  Lanes lever[D];
+  solve(matrix, together, fit.slope);
+  solve(matrix, mean, lever);
+  Lanes leverage = all(1.0F);
+  Lanes scatter = m.vv * inverse - v * v;
+  fit.value = v;
+  for (int i = 0; i < D; ++i) {
+    fit.value -= fit.slope[i] * mean[i];
+    leverage += mean[i] * lever[i];
+    Lanes along = -2.0F * together[i];
+    for (int j = 0; j < D; ++j) {
+      along += covariance[i][j] * fit.slope[j];
+    }
+    scatter += fit.slope[i] * along;
+  }
   const Lanes squared_share = inverse * inverse * leverage;
-  return {v - slope_x * x - slope_y * y,
-          m.spread * squared_share,
-          at_least(scatter, Lanes{}),
-          m.noise * inverse,
-          inverse * leverage,
-          m.ww * squared_share};
+  fit.error = m.spread * squared_share;
+  fit.scatter = at_least(scatter, Lanes{});
+  fit.noise = m.noise * inverse;
+  fit.share = inverse * leverage;
+  fit.squares = m.ww * squared_share;
+  return fit;
 }
 
 // The points of a cluster, and what their neighbourhood looks like from there.
@@ -150,7 +204,8 @@ struct Verdict {
 };
 
 // weight: of the point's own value in the fit. variance: of that value. scale: of the fit's noise and error.
-Verdict judged(const Fit &fit, Lanes weight, Lanes variance, Lanes scale, float likely_scatter, LaneMask sampled) {
+template <int D>
+Verdict judged(const Fit<D> &fit, Lanes weight, Lanes variance, Lanes scale, float likely_scatter, LaneMask sampled) {
   const Lanes noise = fit.noise * scale;
   const Lanes detail = at_least(fit.scatter - kScatter * noise, Lanes{});
   const Lanes share = sampled ? detail / (detail + variance + 1e-12F) : Lanes{};
@@ -173,76 +228,98 @@ Lanes relative_precision(const Signal &own, Lanes variance) {
   return (own.variance + own.rough + 1e-9F) / (variance + own.rough + 1e-9F);
 }
 
-// Every point near a cluster that has rays, and what it is from there: visit(signal, lane, x, y, distance, inside), the
-// last four as `Around::look` gives them.
-template <typename Visit>
+// Every point near a cluster that has rays, and what it is from there: visit(signal, lane, at, distance, inside), the
+// last two as `Around::look` gives them.
+template <int D, typename Visit>
 void look_around(const Neighbours &all_of, int64_t index, const Signal *signals, float radius, Visit visit) {
   const Cluster &cluster = all_of.clusters[index];
   const Around around(cluster, radius, all_of.sharpness);
   for (int64_t k = all_of.first[index]; k < all_of.first[index + 1]; ++k) {
-    const Cluster &other = all_of.clusters[all_of.near[k]];
-    const Signal &theirs = signals[all_of.near[k]];
+    const int32_t near = all_of.near[k];
+    const Cluster &other = all_of.clusters[near];
     if (apart(cluster, other, radius)) {
       continue;
     }
+    const Signal &theirs = signals[near];
     for (uint32_t bits = within_reach(cluster, other, theirs.precision, radius); bits != 0; bits &= bits - 1) {
       const int j = __builtin_ctz(bits);
-      Lanes x;
-      Lanes y;
+      Lanes at[D];
       Lanes distance;
       Lanes inside;
-      around.look(other, j, x, y, distance, inside);
-      visit(theirs, j, x, y, distance, inside);
+      around.look(other, j, at[0], at[1], distance, inside);
+      if constexpr (D == kByNormal) {
+        const Lanes3 &own = all_of.turned[index];
+        const Lanes3 &turned = all_of.turned[near];
+        at[2] = turned.x[j] - own.x;
+        at[3] = turned.y[j] - own.y;
+        at[4] = turned.z[j] - own.z;
+      }
+      visit(theirs, j, at, distance, inside);
     }
   }
 }
 
-void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
+template <int D> void guide_by(const Neighbours &all_of, int64_t index, Signal *signals) {
   Signal &own = signals[index];
-  Moments m{};
+  Moments<D> m{};
   Lanes noise{};
-  look_around(
-      all_of, index, signals, kGuideRadius,
-      [&](const Signal &theirs, int j, const Lanes &x, const Lanes &y, const Lanes &distance, const Lanes &inside) {
-        const Lanes w = inside * falloff(distance);
-        const Lanes variance = all(1.0F / theirs.precision[j]); // in units of the noise
-        add(m, w, x, y, theirs.value[j] - own.value, variance);
-        noise += w * theirs.noise[j];
-      });
+  look_around<D>(all_of, index, signals, kGuideRadius,
+                 [&](const Signal &theirs, int j, const Lanes(&at)[D], const Lanes &distance, const Lanes &inside) {
+                   const Lanes w = inside * falloff(distance);
+                   const Lanes variance = all(1.0F / theirs.precision[j]); // in units of the noise
+                   add(m, w, at, theirs.value[j] - own.value, variance);
+                   noise += w * theirs.noise[j];
+                 });
   const LaneMask sampled = own.precision > 0.0F;
-  const Fit fit = fitted(m);
+  const Fit<D> fit = fitted(m);
   own.variance = noise / at_least(m.w, all(1e-20F));
   own.rough = at_least(fit.scatter - kScatter * fit.noise * own.variance, Lanes{});
   const Verdict verdict =
       judged(fit, all(1.0F), own_variance(own, own.variance, sampled), own.variance, kScatter, sampled);
   own.guide = own.value + fit.value * (1.0F - verdict.share);
   own.guide_error = verdict.error;
+  if constexpr (D == kByNormal) {
+    all_of.slopes[index] = {fit.slope[2], fit.slope[3], fit.slope[4]};
+  }
 }
 
-void smooth(const Neighbours &all_of, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
+template <int D>
+void smooth_by(const Neighbours &all_of, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
   const Signal &own = signals[index];
-  Moments m{};
-  look_around(
-      all_of, index, signals, kFilterRadius,
-      [&](const Signal &theirs, int j, const Lanes &x, const Lanes &y, const Lanes &distance, const Lanes &inside) {
-        const Lanes difference = theirs.guide[j] - own.guide;
-        const Lanes allowed = kTolerance * (own.guide_error + theirs.guide_error[j] + kLeastVariance);
-        // The noise of the values is taken as it is here: weights by their own would prefer those where it
-        // happens to be small, and these are the open ones.
-        const Lanes variance = own.variance / theirs.precision[j];
-        const Lanes precision = relative_precision(own, variance);
-        const Lanes w = inside * falloff(distance + difference * difference / allowed) * precision;
-        add(m, w, x, y, theirs.value[j] - own.guide, variance);
-      });
+  Moments<D> m{};
+  look_around<D>(all_of, index, signals, kFilterRadius,
+                 [&](const Signal &theirs, int j, const Lanes(&at)[D], const Lanes &distance, const Lanes &inside) {
+                   Lanes difference = theirs.guide[j] - own.guide;
+                   if constexpr (D == kByNormal) { // but for what the normals explain
+                     const Lanes3 &slope = all_of.slopes[index];
+                     difference -= slope.x * at[2] + slope.y * at[3] + slope.z * at[4];
+                   }
+                   const Lanes allowed = kTolerance * (own.guide_error + theirs.guide_error[j] + kLeastVariance);
+                   // The noise of the values is taken as it is here: weights by their own would prefer those where it
+                   // happens to be small, and these are the open ones.
+                   const Lanes variance = own.variance / theirs.precision[j];
+                   const Lanes precision = relative_precision(own, variance);
+                   const Lanes w = inside * falloff(distance + difference * difference / allowed) * precision;
+                   add(m, w, at, theirs.value[j] - own.guide, variance);
+                 });
   const LaneMask sampled = own.precision > 0.0F;
   const LaneMask lonely = m.w <= 0.0F;
-  const Fit fit = fitted(m);
+  const Fit<D> fit = fitted(m);
   const Lanes variance = own_variance(own, own.variance, sampled);
   const Verdict verdict = judged(fit, relative_precision(own, variance), variance, all(1.0F), kLikelyScatter, sampled);
   value = (own.guide + fit.value) * (1.0F - verdict.share) + own.value * verdict.share;
   error = verdict.error;
   value = lonely ? own.guide : value;
   error = lonely ? all(1.0F) : error;
+}
+
+void guide(const Neighbours &all_of, int64_t index, Signal *signals) {
+  all_of.turned == nullptr ? guide_by<kByPlace>(all_of, index, signals) : guide_by<kByNormal>(all_of, index, signals);
+}
+
+void smooth(const Neighbours &all_of, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
+  all_of.turned == nullptr ? smooth_by<kByPlace>(all_of, index, signals, value, error)
+                           : smooth_by<kByNormal>(all_of, index, signals, value, error);
 }
 
 } // namespace
