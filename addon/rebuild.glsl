@@ -2,7 +2,8 @@
 //
 // r: the reflected direction in the frame of the texel, a unit vector: x the tangent, y the bitangent, z the normal.
 // exponent: of the Phong lobe, (e + 1) / (2 pi) cos^e; of a GGX or Beckmann width alpha it is 2 / alpha^2 - 2.
-// lobes: lobe_image() as a texture of floats, linear, not repeated, its first row at v = 0 (0.5 / 64 is its middle).
+// lobes: lobe_image() as a texture of floats, linear, not repeated, without mip maps (where r turns within pixels they
+// would blur the terms into one another), its first row at v = 0 (0.5 / 64 is its middle).
 // All return RO, which is less than 1 over an open surface as well, where the lobe meets the horizon: divided by
 // occlusion_open, an open texel is 1 from every view.
 

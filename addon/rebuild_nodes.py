@@ -14,7 +14,7 @@ import bpy
 import numpy as np
 
 from ..core.errors import InputError
-from ..core.lobe_image import SIDE, TILES, lobe_image
+from ..core.lobe_image import PADDED, SIDE, TILES, lobe_splines
 from .images import MARK
 
 GROUP, LOBES = "Occlusion Bake RO", "Occlusion Bake lobes"
@@ -23,6 +23,7 @@ CODE = "sh_3"
 CODES = tuple(f"{CODE}_{number}" for number in range(IMAGES))  # what these are called among an object's
 NORMAL = "Normal"  # the input of that name
 _EXPONENT = 10.0
+_SPLINES = "lobe splines"  # marks their image; an older file's "lobes" is another
 # Colours that a Normal Map node takes for the axes of the tangent frame: 0.5 is 0.
 _TANGENT, _BITANGENT = (1.0, 0.5, 0.5, 1.0), (0.5, 1.0, 0.5, 1.0)
 
@@ -75,14 +76,15 @@ def _alpha(number: int) -> str:
 
 
 def lobe_texture() -> bpy.types.Image:
-    """`lobe_image` as an image of the file, packed, its first row at the bottom."""
-    found = next((each for each in bpy.data.images if each.get(MARK) == "lobes" and each.library is None), None)
+    """`lobe_splines` as an image of the file, packed, its first row at the bottom."""
+    found = next((each for each in bpy.data.images if each.get(MARK) == _SPLINES and each.library is None), None)
     if found is not None:
         return found
-    image = bpy.data.images.new(LOBES, TILES * SIDE, SIDE, alpha=False, float_buffer=True, is_data=True)
-    image[MARK] = "lobes"
-    pixels = np.ones((SIDE, TILES * SIDE, 4), dtype=np.float32)
-    pixels[..., :3] = lobe_image()
+    image = bpy.data.images.new(LOBES, TILES * PADDED, PADDED, alpha=False, float_buffer=True, is_data=True)
+    image[MARK] = _SPLINES
+    image.use_half_precision = False  # on the graphics card, where it would cost a thousandth
+    pixels = np.ones((PADDED, TILES * PADDED, 4), dtype=np.float32)
+    pixels[..., :3] = lobe_splines()
     image.pixels.foreach_set(pixels.ravel())
     image.update()
     image.pack()
@@ -91,7 +93,7 @@ def lobe_texture() -> bpy.types.Image:
 
 def _group(uv: str) -> Any:
     """The group for one name of UV map, whose tangents it takes; made where there is none."""
-    mark = f"ro about a normal/{uv}"
+    mark = f"ro by splines/{uv}"
     found = next((each for each in bpy.data.node_groups if each.get(MARK) == mark and each.library is None), None)
     if found is not None:
         return found
@@ -156,16 +158,17 @@ class _Nodes:
         return node.outputs["Normal"]
 
     def _terms(self, cosine: Any, exponent: Any) -> dict[tuple[int, int], Any]:
-        """f_lm of `lobe_image`."""
+        """f_lm of `lobe_image`, from their splines: of "Linear" EEVEE takes mip maps, which blur the lobe over the
+        cosines of neighbouring pixels and its terms into one another; of "Cubic" it takes none."""
         width = self._math("SQRT", self._math("DIVIDE", 2.0, self._math("ADD", exponent, 2.0)))
-        across, down = (self._math("MULTIPLY_ADD", each, (SIDE - 1) / SIDE, 0.5 / SIDE) for each in (cosine, width))
+        across, down = (self._math("MULTIPLY_ADD", each, (SIDE - 1) / PADDED, 1.5 / PADDED) for each in (cosine, width))
         found: list[Any] = []
         for tile in range(TILES):
             place = self._new("ShaderNodeCombineXYZ")
             self._link(self._math("MULTIPLY_ADD", across, 1.0 / TILES, tile / TILES), place.inputs["X"])
             self._link(down, place.inputs["Y"])
             texture = self._new("ShaderNodeTexImage")
-            texture.image, texture.interpolation, texture.extension = lobe_texture(), "Linear", "EXTEND"
+            texture.image, texture.interpolation, texture.extension = lobe_texture(), "Cubic", "EXTEND"
             self._link(place.outputs["Vector"], texture.inputs["Vector"])
             found += self._channels(texture.outputs["Color"])
         return dict(zip(((l, m) for m in range(4) for l in range(m, 4)), found, strict=False))  # noqa: E741

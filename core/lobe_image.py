@@ -14,6 +14,7 @@ from .scene import Doubles, Floats
 DEGREE = 3
 SIDE = 64  # texels of a tile
 TILES = 4
+PADDED = SIDE + 2  # texels of a tile of `lobe_splines`
 _NEAREST = 0.03  # radians from the normal to which the sine can be divided out; nearer the integrals no longer change
 
 
@@ -34,6 +35,29 @@ def lobe_image() -> Floats:
         image[..., channel] = terms[..., l * (l + 1) // 2 + m]
     tiled: Floats = np.concatenate(np.split(image, TILES, axis=2), axis=1)
     return tiled
+
+
+def lobe_splines() -> Floats:
+    """(PADDED, TILES · PADDED, 3) float32: coefficients of the cubic B-splines through `lobe_image`, a tile each.
+
+    Sampled by a cubic B-spline, as shaders' bicubic filters are, they give the terms no less exactly. Texel i + 1 is
+    above column i: one more on either side, which the filter takes in.
+    """
+    to_splines = _spline_matrix(SIDE)
+    tiles = np.stack(np.split(lobe_image().astype(np.float64), TILES, axis=1))
+    splines = np.einsum("yj,xi,tjic->tyxc", to_splines, to_splines, tiles)
+    image: Floats = np.concatenate(splines.astype(np.float32), axis=1)
+    return image
+
+
+def _spline_matrix(count: int) -> Doubles:
+    """(count + 2, count): coefficients of the spline through values at 0, 1, …; at either end its third derivative goes
+    on across the first knot ("not a knot" in words of splines), so that the pieces there are one cubic."""
+    weights = np.zeros((count + 2, count + 2))
+    for place in range(count):
+        weights[place + 1, place : place + 3] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
+    weights[0, :5] = weights[-1, -5:] = 1.0, -4.0, 6.0, -4.0, 1.0
+    return np.asarray(np.linalg.inv(weights)[:, 1:-1])
 
 
 def _smooth_terms(exponent: float, cosines: Doubles) -> Doubles:

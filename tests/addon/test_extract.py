@@ -15,13 +15,7 @@ from occlusion_bake.addon.extract import base_triangles, evaluated, extract, wri
 from occlusion_bake.core.errors import InputError  # noqa: E402
 from occlusion_bake.core.scene import Scene  # noqa: E402
 
-
-@pytest.fixture(autouse=True)
-def empty() -> Any:
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    yield
-    if bpy.context.object and bpy.context.object.mode != "OBJECT":
-        bpy.ops.object.mode_set(mode="OBJECT")
+pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
 def add(name: str, data: Any = None, location: tuple[float, float, float] = (0, 0, 0)) -> Any:

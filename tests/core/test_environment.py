@@ -147,9 +147,9 @@ def test_the_energy_of_one_bright_pixel_is_kept(row: int, rotation: Doubles | No
 
 
 def test_the_energy_of_a_rough_image_is_kept() -> None:
-    pixels = np.random.default_rng(3).lognormal(0.0, 1.0, (256, 512, 3)).astype(np.float32)
-    wanted = (pixels * pixel_angles((256, 512))[..., np.newaxis]).sum(axis=(0, 1), dtype=np.float64)
-    assert_allclose(energy(from_equirectangular(pixels, 128)), wanted, rtol=1e-3)
+    pixels = np.random.default_rng(3).lognormal(0.0, 1.0, (128, 256, 3)).astype(np.float32)
+    wanted = (pixels * pixel_angles((128, 256))[..., np.newaxis]).sum(axis=(0, 1), dtype=np.float64)
+    assert_allclose(energy(from_equirectangular(pixels, 64)), wanted, rtol=1e-3)
 
 
 # Drawing directions
@@ -235,13 +235,13 @@ def test_a_sky_that_is_linear_in_height() -> None:
     assert_allclose(open_light(environment, normals, normals, 1.0), wanted, atol=3e-4)
 
 
-@pytest.mark.parametrize("exponent", [1.0, 20.0])
-def test_a_cap_of_light(exponent: float) -> None:
+def test_a_cap_of_light() -> None:
     """Of a lobe about its axis the cone of half-angle β holds 1 − cosᵉ⁺¹ β."""
     environment = from_function(lambda way: grey((way[:, 2] > np.cos(0.5)) * 1.0), 256)
-    wanted = 1.0 - np.cos(0.5) ** (exponent + 1.0)
-    assert_allclose(open_light(environment, UP, UP, exponent), wanted, rtol=1e-3)
-    assert_allclose(open_light(environment, -UP, -UP, exponent), 0.0, atol=1e-12)
+    for exponent in (1.0, 20.0):
+        wanted = 1.0 - np.cos(0.5) ** (exponent + 1.0)
+        assert_allclose(open_light(environment, UP, UP, exponent), wanted, rtol=1e-3)
+        assert_allclose(open_light(environment, -UP, -UP, exponent), 0.0, atol=1e-12)
 
 
 def test_a_sun_of_one_cell_is_where_it_is() -> None:

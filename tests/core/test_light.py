@@ -39,14 +39,14 @@ def sky() -> Environment:
         level = (1.0 + 0.8 * ways[:, 0]) * (ways[:, 2] > 0)
         return np.stack([level, level, 2.0 * level], axis=1)
 
-    return from_function(radiance, 256)
+    return from_function(radiance, 64)
 
 
 @cache
 def cap(side: float) -> Environment:
     """3 from all within HALF of a direction that leans by TILT to +x or -x."""
     middle = np.array([side * np.sin(TILT), 0.0, np.cos(TILT)])
-    return from_function(lambda ways: np.repeat((ways @ middle > np.cos(HALF))[:, None] * 3.0, 3, axis=1), 256)
+    return from_function(lambda ways: np.repeat((ways @ middle > np.cos(HALF))[:, None] * 3.0, 3, axis=1), 64)
 
 
 @pytest.mark.parametrize("share", SHARES)

@@ -52,22 +52,30 @@ def _uv_triangles(mesh: bpy.types.Mesh) -> Doubles:
 
 def _hits(triangles: Doubles, size: int) -> NDArray[np.int64]:
     """(size, size): in how many triangles each texel centre lies, clear of their edges."""
+    corners = triangles * size - 0.5
+    low = np.maximum(np.ceil(corners.min(axis=1)).astype(int), 0)
+    sides = np.minimum(np.floor(corners.max(axis=1)).astype(int), size - 1) - low + 1
     count = np.zeros((size, size), dtype=np.int64)
-    for corners in triangles * size - 0.5:
-        low = np.maximum(np.ceil(corners.min(axis=0)).astype(int), 0)
-        high = np.minimum(np.floor(corners.max(axis=0)).astype(int), size - 1)
-        if (high < low).any():
-            continue
-        x, y = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
-        (ax, ay), (bx, by), (cx, cy) = corners
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if area == 0.0:
-            continue
-        p = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
-        q = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
-        inside = (p > 1e-4) & (q > 1e-4) & (1.0 - p - q > 1e-4)
-        count[low[1] : high[1] + 1, low[0] : high[0] + 1] += inside
+    for width, height in np.unique(sides[(sides > 0).all(axis=1)], axis=0):  # most are small, and many of one size
+        alike = (sides == (width, height)).all(axis=1)
+        x, y = _texels_in(corners[alike], low[alike], width, height)
+        np.add.at(count, (y, x), 1)
     return count
+
+
+def _texels_in(
+    corners: Doubles, low: NDArray[np.int64], width: int, height: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The texels, x and y, whose centres lie in triangles, (T, 3, 2), of boxes of one size that begin at (T, 2)."""
+    row, column = np.divmod(np.arange(width * height), width)
+    x, y = low[:, :1] + column, low[:, 1:] + row
+    (ax, ay), (bx, by), (cx, cy) = corners.transpose(1, 2, 0)[..., np.newaxis]
+    area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    whole = np.where(area == 0.0, np.inf, area)  # one without area holds none
+    p = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / whole
+    q = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / whole
+    inside = (p > 1e-4) & (q > 1e-4) & (1.0 - p - q > 1e-4)
+    return x[inside], y[inside]
 
 
 def _points_on(mesh: bpy.types.Mesh, count: int) -> Doubles:
