@@ -98,14 +98,14 @@ def with_normals(
 def _vectors(laid: NormalMap, number: int, texture: Texture) -> Picture:
     """A relief's colours as vectors, as coarse as the bake's texels: (h, w, 3) float32, the strength applied."""
     relief, here = laid.reliefs[number], laid.relief == number
-    vectors = 2.0 * relief.picture.values - np.float32(1.0)
-    vectors[..., :2] *= np.float32(relief.strength)
-    vectors[..., 2] = 1.0 + (vectors[..., 2] - 1.0) * np.float32(min(relief.strength, 1.0))
-    height, width = vectors.shape[:2]
+    height, width = relief.picture.values.shape[:2]
     in_map = np.abs(uv_area_of(laid.uv[here].astype(np.float64) * (width, height))).sum()
     in_bake = np.nansum(texture.areas[here])
     times = int(np.clip(np.rint(np.sqrt(in_map / max(in_bake, 1e-12))), 1, max(height, width)))
-    return replace(relief.picture, values=_coarser(unit(vectors), times))
+    vectors = 2.0 * _coarser(relief.picture.values, times) - np.float32(1.0)
+    vectors[..., :2] *= np.float32(relief.strength)
+    vectors[..., 2] = 1.0 + (vectors[..., 2] - 1.0) * np.float32(min(relief.strength, 1.0))
+    return replace(relief.picture, values=vectors)
 
 
 def _coarser(values: Floats, times: int) -> Floats:

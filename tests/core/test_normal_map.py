@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from occlusion_bake.core import normal_map
-from occlusion_bake.core.bake import Settings, bake
+from occlusion_bake.core.bake import Baker, Settings, bake
 from occlusion_bake.core.bent import Bent, Space
+from occlusion_bake.core.corners import corner_values, with_corner_cells
 from occlusion_bake.core.errors import Cancelled, InputError
 from occlusion_bake.core.estimators import AO, reflection
 from occlusion_bake.core.normal_map import PLAIN, NormalMap, Relief
@@ -167,6 +168,28 @@ def test_the_filter_knows_what_normals_explain(filtered: bool, shapes: Any) -> N
         assert np.sqrt(np.mean(off**2)) < 0.012 and ao.error < 0.012  # by place alone 0.023
     else:
         assert np.sqrt(np.mean(off**2)) > 0.03
+
+
+def test_it_lies_where_its_own_uvs_say_in_tiles_and_at_corners(shapes: Any) -> None:
+    """However the bake is laid out, the half of the floor over x > 0 leans."""
+    scene, mesh = floor(shapes)
+    vectors = np.zeros((64, 64, 3))
+    vectors[:, :32], vectors[:, 32:] = (0, 0, 1), LEANING
+    assert mesh.uv is not None
+    in_tile = replace(mesh, uv=(mesh.uv + np.float32([1.0, 0.0])).astype(np.float32))
+    instance = replace(scene.targets[0], mesh=in_tile)
+    moved = replace(scene, targets=[instance], occluders=[instance, *scene.occluders[1:]])
+    settings = Settings(width=16, height=16, rays=1024, normal_maps=True)
+    laid = mapped(moved, [relief(in_tile, vectors)], uv=mesh.uv)
+    ao = Baker(laid, settings).bake(laid.targets[0], 1002).maps["ao"].values
+    np.testing.assert_allclose(ao[:, 2:7], 1.0, atol=1e-3)
+    np.testing.assert_allclose(ao[:, 9:14], 0.9, atol=0.02)
+    laid = mapped(scene, [relief(mesh, vectors)])
+    cells, width, height = with_corner_cells(laid, laid.targets[0])
+    (baked_cells,) = bake(cells, replace(settings, width=width, height=height, margin=0))
+    corners = corner_values(baked_cells.maps["ao"].values, mesh)
+    leaning = mesh.vertices[mesh.triangles][..., 0] > 0.0
+    assert corners[leaning].max() < 0.95 < 0.98 < corners[~leaning].min()
 
 
 def test_arrays_that_do_not_fit_are_refused(shapes: Any) -> None:
