@@ -89,6 +89,7 @@ def with_normals(
         check()
         normals[texels] = _normals(laid, pictures, texture, texels)
 
+    texture.normals(np.zeros(0, dtype=np.int64))  # what it keeps is made once, before threads ask for it
     with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         for _ in pool.map(turn, in_bands(np.flatnonzero(owner >= 0), _BAND)):
             pass
