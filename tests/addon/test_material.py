@@ -213,31 +213,20 @@ def test_a_directional_code_goes_into_the_specular_level(
     assert surface.inputs["Specular IOR Level"].default_value == pytest.approx(0.3)
 
 
-def test_a_code_in_files_is_packed_for_the_material(
-    make: Any, set_panel: Any, press: Any, registered: None, tmp_path: Path
+@pytest.mark.parametrize(("code", "files", "packed"), [("SH", 4, 4), ("MASK8", 1, 0)])
+def test_of_codes_in_files_the_one_for_the_nodes_is_packed(
+    code: str, files: int, packed: int, make: Any, set_panel: Any, press: Any, registered: None, tmp_path: Path
 ) -> None:
     make.plane("Coded")
-    set_panel(
-        width=32, height=32, quality="RAYS", rays=4, use_code=True, code="SH", use_material=True,
-        output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="16",
-    )  # fmt: skip
+    set_panel(width=32, height=32, quality="RAYS", rays=4, use_ao=False, use_code=True, code=code, use_material=True)
+    set_panel(output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="16")
     assert press("Coded") == {"FINISHED"}
-    assert len(list(tmp_path.glob("Coded_sh_3_*.png"))) == 4
-    tree = bpy.data.objects["Coded"].active_material.node_tree
-    pictures = [node.image for node in tree.nodes if node.type == "TEX_IMAGE" and "SH 3" in node.image.name]
-    assert len(pictures) == 4 and all(each.is_float and each.packed_file is not None for each in pictures)
-
-
-def test_of_codes_in_files_only_the_nodes_own_is_packed(
-    make: Any, set_panel: Any, press: Any, registered: None, tmp_path: Path
-) -> None:
-    make.plane("Coded")
-    set_panel(
-        width=32, height=32, quality="RAYS", rays=4, use_code=True, code="MASK8", use_material=True,
-        output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="16",
-    )  # fmt: skip
-    assert press("Coded") == {"FINISHED"}
-    assert not any(image.packed_file is not None and "Mask" in image.name for image in bpy.data.images)
+    assert len(list(tmp_path.glob("Coded_*.png"))) == files
+    ours = [image for image in bpy.data.images if image.name.startswith("Coded") and image.packed_file is not None]
+    assert len(ours) == packed and all(image.is_float for image in ours)
+    shown = [node.image for slot in bpy.data.objects["Coded"].material_slots for node in slot.material.node_tree.nodes
+             if node.type == "TEX_IMAGE"]  # fmt: skip
+    assert set(shown) == set(ours)
 
 
 @pytest.mark.parametrize("normal_maps", [False, True])
