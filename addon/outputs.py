@@ -54,6 +54,11 @@ class Output:
             image = bpy.data.images.get(self.image)
             if image is None:
                 raise InputError(f"{self.image}: the image was removed during the bake; choose another")
+            if not (space := image.colorspace_settings).is_data:
+                baked.warnings.append(
+                    f"{image.name}: its color space is {space.name}, so that materials read the map too dark; set it "
+                    "to Non-Color"
+                )
             return {name: store_channel(image, self.channel, each, self.dither) for name, each in baked.maps.items()}
         if self.kind == SAVED:
             images = {name: self._save(result, name, settings) for name in baked.maps}

@@ -264,8 +264,10 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--points", type=int, default=POINTS, help=f"texels of each scene ({POINTS})")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
     chosen = parser.parse_args(arguments)
-    found = {}
-    for name in chosen.scenes or names(chosen.models):
+    found, known = {}, names(chosen.models)
+    for unknown in (name for name in chosen.scenes if name not in known):
+        parser.error(f"{unknown}: no such scene; there are {', '.join(known)}")
+    for name in chosen.scenes or known:
         seen = visibility(name, chosen.models, chosen.points)
         found[name] = errors(seen.cells, seen.truth)
         _say(name, by_exponent(found[name]))

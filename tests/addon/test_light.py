@@ -22,7 +22,8 @@ def lit(make: Any) -> None:
     make.wall()
     world = bpy.data.worlds.new("Sky")
     bpy.context.scene.world = world
-    world.use_nodes = True
+    if bpy.app.version < (5, 0):
+        world.use_nodes = True
     tree = world.node_tree
     place, split, ramp = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("TexCoord", "SeparateXYZ", "CombineColor"))
     tree.links.new(place.outputs["Generated"], split.inputs[0])
@@ -39,7 +40,8 @@ def diffuse_by_cycles(name: str) -> np.ndarray:
     scene, obj = bpy.context.scene, bpy.data.objects[name]
     scene.render.engine, scene.cycles.device, scene.cycles.samples = "CYCLES", "CPU", SAMPLES
     material = bpy.data.materials.new("White")
-    material.use_nodes = True
+    if bpy.app.version < (5, 0):
+        material.use_nodes = True
     obj.data.materials.append(material)
     texture = material.node_tree.nodes.new("ShaderNodeTexImage")
     texture.image = bpy.data.images.new("Diffuse", SIZE, SIZE, float_buffer=True, is_data=True)
