@@ -11,8 +11,9 @@ from ..core.cutout import OPAQUE, Alpha, Cutout, simplified
 from ..core.picture import Wrap
 from ..core.scene import Ints
 from .fields import Field, Lookup
-from .mesh_data import places_of, slots_of
+from .mesh_data import materials_of, places_of, slots_of
 from .opacity import opacity_of
+from .per_material import PerMaterial
 from .pictures import Pictures, Unread
 
 
@@ -24,25 +25,15 @@ class Cover:
     lookup: Lookup | None = None
 
 
-class Opacities:
-    """The materials of one reading of a scene: each is followed once, each image read once, each picture made once.
-
-    override: a material that stands for all, as a view layer can have.
-    """
+class Opacities(PerMaterial[Cover]):
+    """The materials' covers; each image is read once, each picture made once."""
 
     def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
-        self._override, self._pictures = override, pictures or Pictures()
-        self._covers: dict[str, Cover] = {}
+        super().__init__(override, pictures)
         self._alphas: dict[tuple[int, bool, Wrap], Alpha] = {}  # by the address of the values, which they keep
 
-    def of(self, material: bpy.types.Material | None, lines: list[str]) -> Cover:
-        """A material's cover. What there is to say of it is added to `lines` the first time."""
-        material = self._override or material
-        if material is None:
-            return Cover()
-        if material.name_full not in self._covers:
-            self._covers[material.name_full] = self._read(material, lines)
-        return self._covers[material.name_full]
+    def _nothing(self) -> Cover:
+        return Cover()
 
     def _read(self, material: bpy.types.Material, lines: list[str]) -> Cover:
         try:
@@ -56,14 +47,12 @@ class Opacities:
         return Cover() if opacity.field.is_all(1.0) else self._cover(opacity.field)
 
     def _cover(self, field: Field) -> Cover:
-        lookup = field.lookup
-        linear, wrap = (False, Wrap.EXTEND) if lookup is None else (lookup.linear, lookup.wrap)
         values = np.ascontiguousarray(field.values, dtype=np.float32)
-        key = (id(values), linear, wrap)
+        key = (id(values), *field.sampling)
         if key not in self._alphas:
-            self._alphas[key] = Alpha(values, linear, wrap)
+            self._alphas[key] = Alpha(values, *field.sampling)
         alpha = self._alphas[key]
-        return Cover() if alpha.opaque else Cover(alpha, lookup)
+        return Cover() if alpha.opaque else Cover(alpha, field.lookup)
 
 
 def cutout_of(
@@ -76,8 +65,7 @@ def cutout_of(
     object cuts is known from its materials alone; only then are its UVs read.
     """
     lines: list[str] = []
-    materials = [slot.material for slot in obj.material_slots] or [None]
-    covers = [opacities.of(material, lines) for material in materials]
+    covers = [opacities.of(material, lines) for material in materials_of(obj)]
     if not len(corners) or all(cover.alpha is None for cover in covers):
         return None, lines
     slots = slots_of(mesh, triangle_polygons, len(covers))

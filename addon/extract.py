@@ -24,7 +24,7 @@ from ..core.ground import ground_below
 from ..core.normal_map import NormalMap
 from ..core.scene import Camera, Doubles, Floats, Highs, Instance, Ints, Mesh, Scene, unit_normals
 from .cutouts import Opacities, cutout_of
-from .mesh_data import tangents_of, values_of
+from .mesh_data import materials_of, tangents_of, values_of
 from .occluding import EVERYTHING, Occluding
 from .pairs import HighNames
 from .pictures import Pictures
@@ -393,8 +393,7 @@ def _cutout(obj: bpy.types.Object, mesh: bpy.types.Mesh, found: _Found) -> Cutou
     materials = tuple(slot.material.name_full if slot.material else "" for slot in obj.material_slots)
     key = (mesh.as_pointer(), materials)
     if key not in found.cutouts:
-        slotted = [slot.material for slot in obj.material_slots] or [None]
-        covers = [found.opacities.of(material, found.lines) for material in slotted]
+        covers = [found.opacities.of(material, found.lines) for material in materials_of(obj)]
         found.cutouts[key] = None
         if any(cover.alpha is not None for cover in covers):  # an opaque mesh is not looked at
             corners = corners_of(mesh)

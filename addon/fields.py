@@ -44,6 +44,11 @@ class Field:
     lookup: Lookup | None = None
     fine: bool = False
 
+    @property
+    def sampling(self) -> tuple[bool, Wrap]:
+        """Whether it is interpolated, and what lies beyond its edges."""
+        return (False, Wrap.EXTEND) if self.lookup is None else (self.lookup.linear, self.lookup.wrap)
+
     def is_all(self, value: float) -> bool:
         """Whether it is this constant."""
         return self.lookup is None and bool((self.values == value).all())

@@ -29,13 +29,15 @@ def tangents_of(mesh: bpy.types.Mesh, owner: str, layer: str, corners: Ints, wha
             f"{owner}: it has faces of more than four corners, which have no tangents; add a Triangulate modifier, or "
             f"bake without {what}"
         ) from None
-    values = np.empty((len(mesh.loops), 4), dtype=np.float32)
-    values[:, :3] = values_of(mesh.loops, "tangent", len(mesh.loops), 3)
-    signs = np.empty(len(mesh.loops), dtype=np.float32)
-    mesh.loops.foreach_get("bitangent_sign", signs)
-    values[:, 3] = signs
+    loops = len(mesh.loops)
+    parts = [values_of(mesh.loops, "tangent", loops, 3), values_of(mesh.loops, "bitangent_sign", loops, 1)]
     mesh.free_tangents()
-    return np.ascontiguousarray(values[corners])
+    return np.ascontiguousarray(np.concatenate(parts, axis=1)[corners])
+
+
+def materials_of(obj: bpy.types.Object) -> list[bpy.types.Material | None]:
+    """Those of an object's slots; none in the place of the slots that it has not."""
+    return [slot.material for slot in obj.material_slots] or [None]
 
 
 def slots_of(mesh: bpy.types.Mesh, polygons: Ints, count: int) -> Ints:
@@ -50,10 +52,8 @@ def slots_of(mesh: bpy.types.Mesh, polygons: Ints, count: int) -> Ints:
 
 def places_of(mesh: bpy.types.Mesh, lookup: Lookup, corners: Ints) -> Floats:
     """(N, 3, 2) float32: where triangles' corners lie in a picture. On a map that is not there all lie at 0."""
-    layer = uv_map(mesh, lookup.uv)
-    uv = np.zeros((len(mesh.loops), 2), dtype=np.float32)
-    if layer is not None:
-        layer.uv.foreach_get("vector", uv.reshape(-1))
+    layer, loops = uv_map(mesh, lookup.uv), len(mesh.loops)
+    uv = np.zeros((loops, 2), dtype=np.float32) if layer is None else values_of(layer.uv, "vector", loops, 2)
     matrix = np.array(lookup.matrix)
     placed: Floats = (uv[corners] @ matrix[:, :2].T + matrix[:, 2]).astype(np.float32)
     return placed

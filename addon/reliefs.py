@@ -10,12 +10,13 @@ import bpy
 import numpy as np
 
 from ..core.normal_map import PLAIN, NormalMap, Relief
-from ..core.picture import Picture, Wrap
+from ..core.picture import Picture
 from ..core.scene import Floats, Ints
 from .fields import Lookup
 from .links import Feed, Path, feeding, unread
-from .mesh_data import places_of, slots_of, tangents_of, uv_map
+from .mesh_data import materials_of, places_of, slots_of, tangents_of, uv_map
 from .opacity import nodes_of
+from .per_material import PerMaterial
 from .pictures import Pictures, Unread
 from .values import Values
 
@@ -35,23 +36,15 @@ class Imprint:
     strength: float
 
 
-class Imprints:
-    """The materials of one reading of a scene: each is followed once. override: a material that stands for all."""
+class Imprints(PerMaterial[Imprint | None]):
+    """The materials' normal maps, None of those that have none."""
 
     def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
-        self._override, self._pictures = override, pictures or Pictures()
-        self._found: dict[str, Imprint | None] = {}
+        super().__init__(override, pictures)
         self._tangents: dict[tuple[int, str], Floats] = {}  # by the mesh's address and the UV map
 
-    def of(self, material: bpy.types.Material | None, lines: list[str]) -> Imprint | None:
-        """A material's normal map, None where it has none. What there is to say of it is added to `lines` the first
-        time."""
-        material = self._override or material
-        if material is None:
-            return None
-        if material.name_full not in self._found:
-            self._found[material.name_full] = self._read(material, lines)
-        return self._found[material.name_full]
+    def _nothing(self) -> None:
+        return None
 
     def tangents(self, obj: bpy.types.Object, mesh: bpy.types.Mesh, layer: str, corners: Ints) -> Floats:
         """`tangents_of` an evaluated object's mesh, which others may share."""
@@ -93,8 +86,7 @@ def imprint_of(material: bpy.types.Material, pictures: Pictures) -> Imprint | No
     colours = field.values
     if getattr(node, "convention", "OPENGL") == "DIRECTX":
         colours = np.stack([colours[..., 0], 1.0 - colours[..., 1], colours[..., 2]], axis=-1)
-    linear, wrap = (False, Wrap.EXTEND) if field.lookup is None else (field.lookup.linear, field.lookup.wrap)
-    picture = Picture(np.ascontiguousarray(colours, dtype=np.float32), linear, wrap)
+    picture = Picture(np.ascontiguousarray(colours, dtype=np.float32), *field.sampling)
     return Imprint(picture, field.lookup, node.uv_map, max(float(strength.home.default_value), 0.0))
 
 
@@ -107,7 +99,7 @@ def normal_map_of(
     corners: (T, 3) int32 corners of the mesh, polygons: (T,) int32, as of its loop triangles. Raises InputError for
     faces that have no tangents.
     """
-    materials = [slot.material for slot in obj.material_slots] or [None]
+    materials = materials_of(obj)
     slots = slots_of(mesh, polygons, len(materials)) if len(corners) else np.zeros(0, dtype=np.int32)
     relief = np.full(len(corners), PLAIN, dtype=np.int32)
     uv = np.zeros((*corners.shape, 2), dtype=np.float32)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .bake import Baked
-from .finish import fill_margins
-from .products import BakedMap
+from .products import BakedMap, with_margin
 from .scene import Floats
 
 
@@ -78,8 +77,8 @@ class _Map:
 
     def finish(self, margin: int) -> BakedMap:
         covered = self.covered
-        return BakedMap(
-            values=fill_margins(self.values, covered, margin) if self.mixes else self.values,
+        whole = BakedMap(
+            values=self.values,
             covered=covered,
             coverage=np.minimum(self.coverage, np.float32(1.0)),
             error=float(np.sqrt(self.squares / max(self.count, 1))),
@@ -88,6 +87,7 @@ class _Map:
             rays=self.rays,
             mixes=self.mixes,
         )
+        return with_margin(whole, margin)
 
 
 def _mean(a: float, of_a: int, b: float, of_b: int) -> float:

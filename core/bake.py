@@ -124,8 +124,11 @@ class Settings:
             return "a directional code"
         if LIGHT in self.lights and any(each.is_light for each in self.estimators):
             return "the light itself (not its share)"
-        reflected = any(each.axis is Axis.REFLECTED and not each.is_light for each in self.estimators)
-        return "dividing by the horizon" if self.divide_horizon and reflected else ""
+        return "dividing by the horizon" if any(map(self.divides, self.estimators)) else ""
+
+    def divides(self, estimator: Estimator) -> bool:
+        """Whether the horizon is divided out of its map."""
+        return self.divide_horizon and estimator.axis is Axis.REFLECTED and not estimator.is_light
 
     @property
     def needs_tangents(self) -> bool:
@@ -330,7 +333,6 @@ class _Bench:
         self._left, self._end = _TRACE
         if settings.coding is not None:
             self._end = 0.5 * (self._left + self._end) if estimators else self._left
-        self._divided = settings.divide_horizon and camera is not None
 
     def solve(self, seconds: dict[str, float]) -> list[Solved]:
         """All maps. Their first round is traced together."""
@@ -370,7 +372,7 @@ class _Bench:
                     *(self._frame.scene, self._surface, self._owner, texels, (estimator,), how),
                     control=self._progress.control,
                 )
-            if self._divides(estimator):
+            if self._settings.divides(estimator):
                 horizon.divide(listed[0], self._openness(estimator, texels))
             return listed
 
@@ -409,7 +411,7 @@ class _Bench:
         sums = trace(*what, halves=halves, into=into, control=control)
         index = 0
         for estimator in estimators:
-            if self._divides(estimator):
+            if self._settings.divides(estimator):
                 openness = self._openness(estimator)
                 for images in (sums.all, sums.first_half):
                     if images is not None:
@@ -430,9 +432,6 @@ class _Bench:
             spread=settings.spread,
             light=self._environment,
         )
-
-    def _divides(self, estimator: Estimator) -> bool:
-        return self._divided and estimator.axis is Axis.REFLECTED and not estimator.is_light
 
     def _openness(self, estimator: Estimator, texels: NDArray[np.int64] | None = None) -> Doubles:
         """Of all texels, (H, W), or of those listed."""

@@ -14,9 +14,7 @@ at most and 8e-4 in the root mean square.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -26,6 +24,7 @@ from .light_points import LightPoints, light_points, products
 from .octahedron import Reals, cell_of, octahedral
 from .scene import Doubles, Floats
 from .sphere_table import SphereTable
+from .threads import for_each
 
 _COARSEST, _FINEST = 64, 1024  # points along the map's side; twice as many about the normal, where a table is made
 _POINTS = 8.0  # along the map's side, times the root of the exponent
@@ -91,9 +90,7 @@ def _sums(points: LightPoints, axes: Doubles, normals: Doubles, exponent: float,
             these = alike[start : start + count]
             light[these] = _sum(near, axes[these], None if normals is axes else normals[these], exponent)
 
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        for _ in pool.map(gather, _alike(axes)):
-            pass
+    for_each(gather, _alike(axes), threads)
     light *= (exponent + 1.0) / (2.0 * np.pi)
     return light
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .mending import uv_area_of
+from .mending import texels_of
 from .scene import Doubles, Floats, Instance, Ints, Placed, unit, unit_normals
 from .texels import surface_points
 from .tiles import uv_in_tile
@@ -82,8 +82,7 @@ class Texture:
     @cached_property
     def areas(self) -> Doubles:
         """(T,) float64: how many texels each triangle is as large as."""
-        areas: Doubles = np.abs(uv_area_of(self._uv.astype(np.float64) * self._size))
-        return areas
+        return texels_of(self._uv, *self._size)
 
     def owners(self, texels: NDArray[np.int64]) -> Ints:
         """(N,) int32: the triangles of listed texels."""

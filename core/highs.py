@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from .embree import Device
 from .errors import InputError
 from .kernel_api import Control
-from .mending import area_of, uv_area_of
+from .mending import area_of, texels_of
 from .scene import Doubles, Floats, Highs, Instance, Ints, Placed, bounds_of, placed, surface_of, unit_normals
 from .texels import Texels, surface_points
 from .tracer import TraceScene
@@ -249,6 +249,6 @@ def _spacing(low: Placed, width: int, height: int) -> Floats:
     """(T,) float32: the side of a square as large as a texel is on each triangle of the low mesh."""
     assert low.uv is not None
     area = area_of(low.vertices[low.triangles].astype(np.float64))
-    texels = np.abs(uv_area_of(low.uv.astype(np.float64) * (width, height)))
+    texels = texels_of(low.uv, width, height)
     spacing: Floats = np.sqrt(np.divide(area, texels, out=np.zeros_like(area), where=texels > 0.0)).astype(np.float32)
     return spacing

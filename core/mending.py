@@ -242,6 +242,12 @@ def uv_area_of(uv: Doubles) -> Doubles:
     return area
 
 
+def texels_of(uv: NDArray[np.float32], width: int, height: int) -> Doubles:
+    """(n,) how many texels of such an image triangles with (n, 3, 2) UVs are as large as."""
+    texels: Doubles = np.abs(uv_area_of(uv.astype(np.float64) * (width, height)))
+    return texels
+
+
 def square(vectors: Doubles) -> Doubles:
     total: Doubles = (vectors * vectors).sum(axis=-1)
     return total

@@ -7,9 +7,7 @@ is finer than the bake that is a mean over blocks of its texels, as mip maps hav
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,10 +15,11 @@ from numpy.typing import NDArray
 
 from .errors import InputError
 from .frames import Texture
-from .mending import uv_area_of
+from .mending import texels_of
 from .picture import Picture, sampled
 from .scene import Doubles, Floats, Ints, Placed, carried, unit
 from .texels import in_bands
+from .threads import for_each
 
 PLAIN = -1  # in the place of a relief's number
 _BAND = 1 << 16  # texels at a time
@@ -90,9 +89,7 @@ def with_normals(
         normals[texels] = _normals(laid, pictures, texture, texels)
 
     texture.normals(np.zeros(0, dtype=np.int64))  # what it keeps is made once, before threads ask for it
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-        for _ in pool.map(turn, in_bands(np.flatnonzero(owner >= 0), _BAND)):
-            pass
+    for_each(turn, in_bands(np.flatnonzero(owner >= 0), _BAND), threads)
     return replace(surface, texel_normals=normals.reshape(*owner.shape, 3))
 
 
@@ -100,7 +97,7 @@ def _vectors(laid: NormalMap, number: int, texture: Texture) -> Picture:
     """A relief's colours as vectors, as coarse as the bake's texels: (h, w, 3) float32, the strength applied."""
     relief, here = laid.reliefs[number], laid.relief == number
     height, width = relief.picture.values.shape[:2]
-    in_map = np.abs(uv_area_of(laid.uv[here].astype(np.float64) * (width, height))).sum()
+    in_map = texels_of(laid.uv[here], width, height).sum()
     in_bake = np.nansum(texture.areas[here])
     times = int(np.clip(np.rint(np.sqrt(in_map / max(in_bake, 1e-12))), 1, max(height, width)))
     vectors = 2.0 * _coarser(relief.picture.values, times) - np.float32(1.0)

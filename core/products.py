@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,8 +113,12 @@ class Finisher:
         coverage = np.where(covered, self.coverage, np.float32(0.0))
         where = covered if values.ndim == 2 else covered[..., np.newaxis]
         mean = float(values.mean(dtype=np.float64, where=where)) if covered.any() else 0.0
-        filled = fill_margins(values, covered, self.margin) if mixes else values
-        return BakedMap(filled, covered, coverage, error.rmse, error.p99, mean, rays, mixes)
+        return with_margin(BakedMap(values, covered, coverage, error.rmse, error.p99, mean, rays, mixes), self.margin)
+
+
+def with_margin(made: BakedMap, margin: int) -> BakedMap:
+    """The map with its charts' borders carried outward by so many texels, where its values may be averaged."""
+    return replace(made, values=fill_margins(made.values, made.covered, margin)) if made.mixes else made
 
 
 def picture_of(estimator: Estimator, kind: str) -> str:

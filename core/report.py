@@ -136,12 +136,11 @@ def _what_it_is(name: str, settings: Settings) -> dict[str, str | int | float]:
     kind = "ambient occlusion" if name == "ao" else "reflection occlusion"
     if estimator.is_light:
         kind = "share of the environment's light" if name.endswith(RATIO) else "environment's light"
-    divided = settings.divide_horizon and estimator.axis is Axis.REFLECTED and not estimator.is_light
     return {
         "map": kind,
         "exponent": estimator.exponent,
         "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
-        "horizon": "divided" if divided else "kept",
+        "horizon": "divided" if settings.divides(estimator) else "kept",
         "sampler": estimator.sampler.name.lower(),
     }
 

@@ -187,13 +187,11 @@ def test_a_directional_code_goes_into_the_specular_level(
 ) -> None:
     """And comes out again, with what was there before linked as it was."""
     plane = make.plane("Coded")
-    material = bpy.data.materials.new("Plain")
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    plane.data.materials.append(material)
-    surface = next(node for node in material.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
+    paint = material("Plain")
+    plane.data.materials.append(paint)
+    surface = next(node for node in paint.node_tree.nodes if node.type == "BSDF_PRINCIPLED")
     surface.inputs["Specular IOR Level"].default_value = 0.3
-    before = len(material.node_tree.nodes)
+    before = len(paint.node_tree.nodes)
     set_panel(width=32, height=32, quality="RAYS", rays=4, use_code=True, code="SH", use_material=True)
     for _ in range(2):
         assert press("Coded") == {"FINISHED"}
@@ -205,12 +203,12 @@ def test_a_directional_code_goes_into_the_specular_level(
     rebuilt.inputs["Exponent"].default_value = 30.0
     set_panel(uv="CHARTS")
     assert press("Coded") == {"FINISHED"}
-    places = {node.uv_map for node in material.node_tree.nodes if node.type == "UVMAP"}
+    places = {node.uv_map for node in paint.node_tree.nodes if node.type == "UVMAP"}
     assert places == {CHART_MAP} and product.inputs[1].links[0].from_node == rebuilt
     frames = {node.uv_map for node in rebuilt.node_tree.nodes if node.type == "NORMAL_MAP"}
     assert frames == {CHART_MAP} and rebuilt.inputs["Exponent"].default_value == 30.0
     bpy.ops.occlusion_bake.unhook()
-    assert len(material.node_tree.nodes) == before
+    assert len(paint.node_tree.nodes) == before
     assert surface.inputs["Specular IOR Level"].default_value == pytest.approx(0.3)
 
 

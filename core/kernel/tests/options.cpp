@@ -99,10 +99,7 @@ static void test_instances_of_a_cutout(const Device &device) {
   const Scene scene = begin_scene(device);
   must(add(scene, floor.mesh));
   {
-    ob_mesh *built = nullptr;
-    must(ob_mesh_build(device.get(), mesh.vertices.data(), mesh.vertex_count(), mesh.triangles.data(),
-                       mesh.triangle_count(), &cutout, 0, nullptr, &built));
-    const BuiltMesh plates(built);
+    const BuiltMesh plates = build(device, mesh, &cutout);
     std::vector<float> matrices;
     for (const float up : {0.0F, 0.25F, 0.5F}) {
       matrices.insert(matrices.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, up});

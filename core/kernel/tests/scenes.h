@@ -114,10 +114,10 @@ inline Scene scene_of(const Device &device, const std::vector<Mesh> &meshes) {
   return scene;
 }
 
-inline BuiltMesh build(const Device &device, const Mesh &mesh) {
+inline BuiltMesh build(const Device &device, const Mesh &mesh, const ob_cutout *cutout = nullptr) {
   ob_mesh *built = nullptr;
   must(ob_mesh_build(device.get(), mesh.vertices.data(), mesh.vertex_count(), mesh.triangles.data(),
-                     mesh.triangle_count(), nullptr, 0, nullptr, &built));
+                     mesh.triangle_count(), cutout, 0, nullptr, &built));
   return BuiltMesh(built);
 }
 
