@@ -67,7 +67,7 @@ accuracy: venv ## exact answers, a second opinion, Cycles, hard cases, fuzzing: 
 	$(PY) -m occlusion_bake.bench.truth.hard.measure
 
 study: venv ## how the estimators converge: plots, pictures, a page
-	$(PY) -m occlusion_bake.samples.study
+	$(PY) -m occlusion_bake.bench.study
 
 clean: ## remove what was built; the virtual environments stay
 	rm -rf build dist core/kernel/build core/kernel/*.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

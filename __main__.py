@@ -3,7 +3,7 @@
 import sys
 
 if __name__ == "__main__":
-    from .addon.command import main
-    from .addon.leave import leave
+    from .addon.cli.command import main
+    from .addon.cli.hard_exit import leave
 
     leave(main(sys.argv[1:]))

@@ -11,11 +11,12 @@ def register() -> None:
     """Add properties, operators, panels and the command."""
     import bpy
 
-    from . import command, menu, settings
+    from .cli import command
+    from .ui import menu, properties
 
     for each in _classes():
         bpy.utils.register_class(each)
-    settings.add_properties()
+    properties.add_properties()
     menu.add_to_menus()
     _commands.append(bpy.utils.register_cli_command(command.NAME, command.blender_command))
 
@@ -24,19 +25,21 @@ def unregister() -> None:
     """Stop what is running and take everything away again."""
     import bpy
 
-    from . import menu, modal, overlay, settings
+    from .ui import menu, modal_operator, properties, viewport_overlay
 
-    modal.stop_all()
-    overlay.clear()
+    modal_operator.stop_all()
+    viewport_overlay.clear()
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
     menu.remove_from_menus()
-    settings.remove_properties()
+    properties.remove_properties()
     for each in reversed(_classes()):
         bpy.utils.unregister_class(each)
 
 
 def _classes() -> list[Any]:
-    from . import engine, menu, operators, panel, presets, settings
+    from .ui import engine_operator, menu, operators, panel, presets, properties
 
-    return [each for module in (settings, operators, engine, presets, panel, menu) for each in module.CLASSES]
+    return [
+        each for module in (properties, operators, engine_operator, presets, panel, menu) for each in module.CLASSES
+    ]

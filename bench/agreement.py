@@ -12,12 +12,12 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..addon.cycles import CyclesBake, bake_ao
+from ..addon.compare.cycles import CyclesBake, bake_ao
 from ..core.bake import Settings
-from ..core.compare import compare, noise
-from ..core.products import BakedMap
-from ..core.scene import Instance, Ints
-from ..core.texels import owners_by_centre, rasterize
+from ..core.finish.compare import compare, noise
+from ..core.finish.map_finisher import BakedMap
+from ..core.scene.scene import Instance, Ints
+from ..core.texels.rasterize import owners_by_centre, rasterize
 from ..samples.scenes import SCENES, build
 from .ours import bake_here
 

@@ -9,9 +9,9 @@ from typing import Any
 
 import bpy
 
-from ..addon.extract import base_triangles
-from ..addon.load import load
-from ..core.charts import unwrap
+from ..addon.cli.import_file import load
+from ..addon.read.scene_reader import base_triangles
+from ..core.charts.unwrap import unwrap
 
 MODELS = ("stanford-bunny.obj", "rocker-arm.obj", "spot.obj")
 

@@ -16,15 +16,15 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..addon.extract import extract
-from ..addon.leave import leave
-from ..core.embree import Device, open_device
-from ..core.estimators import AO
-from ..core.occluders import Occluders
+from ..addon.cli.hard_exit import leave
+from ..addon.read.scene_reader import extract
 from ..core.progress import Progress
-from ..core.scene import Floats, Ints, Scene, surface_of, zero_area
-from ..core.texels import rasterize
-from ..core.tracer import Rays, trace
+from ..core.rays.embree import Device, open_device
+from ..core.rays.map_spec import AO
+from ..core.rays.occluders import Occluders
+from ..core.rays.tracer import Rays, trace
+from ..core.scene.scene import Floats, Ints, Scene, surface_of, zero_area
+from ..core.texels.rasterize import rasterize
 from .pages import MODELS, answer_of
 from .share import with_profile_build
 from .versus.scenes import build

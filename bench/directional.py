@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.cells import HEMISPHERE, check_cells, directions, integrals
-from ..core.codes import Code, encode, from_images, rebuild, to_images
-from ..core.horizon import open_horizon
-from ..core.scene import Doubles, Floats
+from ..core.scene.scene import Doubles, Floats
+from ..core.solve.horizon import open_horizon
+from ..core.spherical.directional_format import Code, encode, from_images, rebuild, to_images
+from ..core.spherical.hemisphere_cells import HEMISPHERE, check_cells, directions, integrals
 from .pages import MODELS
 
 EXPONENTS = (2.0, 10.0, 32.0, 100.0)
@@ -77,12 +77,12 @@ def visibility(scene: str, models: Path = MODELS, points: int = POINTS) -> Seen:
     """Random texels of a scene's first target, by the tracer."""
     import bpy
 
-    from ..addon.extract import extract
-    from ..core.embree import open_device
-    from ..core.occluders import Occluders
+    from ..addon.read.scene_reader import extract
     from ..core.progress import Progress
-    from ..core.scene import surface_of
-    from ..core.texels import surface_points
+    from ..core.rays.embree import open_device
+    from ..core.rays.occluders import Occluders
+    from ..core.scene.scene import surface_of
+    from ..core.texels.rasterize import surface_points
     from .versus.subject import prepare
 
     subject = prepare(scene, _SIZE, models)
@@ -284,6 +284,6 @@ def _say(title: str, lines: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    from ..addon.leave import run_and_leave
+    from ..addon.cli.hard_exit import run_and_leave
 
     run_and_leave(main)

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 
-from ..addon.leave import leave
-from ..core.version import version
+from ..addon.cli.hard_exit import leave
+from ..core.base.version import version
 from . import agreement, charting, choices, memory, share, speed
 from .pages import Page
 

@@ -12,9 +12,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ..addon.leave import leave
+from ..addon.cli.hard_exit import leave
 from ..core.bake import Settings
-from ..core.estimators import AO, reflection
+from ..core.rays.map_spec import AO, reflection
 from .ours import bake_here
 from .pages import answer_of, peak_memory
 from .versus.scenes import add_net

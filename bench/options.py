@@ -19,18 +19,18 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-from ..addon.extract import extract
-from ..addon.leave import run_and_leave
+from ..addon.cli.hard_exit import run_and_leave
+from ..addon.read.scene_reader import extract
 from ..core.bake import Baked, Settings, bake
-from ..core.bent import Bent
-from ..core.codes import Code
-from ..core.coding import Coding
-from ..core.environment import from_function
-from ..core.estimators import AO, Falloff, light
-from ..core.ground import ground_below
-from ..core.normal_map import NormalMap, Relief
-from ..core.picture import Picture
-from ..core.scene import Doubles, Scene, unit
+from ..core.finish.bent_normals import Bent
+from ..core.rays.map_spec import AO, Falloff, light
+from ..core.scene.ground_plane import ground_below
+from ..core.scene.image_texture import Picture
+from ..core.scene.scene import Doubles, Scene, unit
+from ..core.solve.directional import Coding
+from ..core.spherical.directional_format import Code
+from ..core.spherical.environment import from_function
+from ..core.texels.shading_normals import NormalMap, Relief
 from ..samples.scenes import build
 
 PICTURE = Path(__file__).parent.parent / "docs" / "pictures" / "options.png"

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import bpy
 
-from ..addon.files import Folder
-from ..addon.job import Options, Outcome, Result, bake_steps
-from ..addon.runner import run
+from ..addon.job.bake_job import Options, Outcome, Result, bake_steps
+from ..addon.job.runner import run
 from ..core.bake import Baked, Settings
+from ..core.finish.map_files import Folder
 from ..core.progress import Progress
-from ..core.scene import Instance
+from ..core.scene.scene import Instance
 
 
 def bake_here(

@@ -9,10 +9,10 @@ import subprocess
 import sys
 from typing import Any
 
-from ..addon.leave import leave
+from ..addon.cli.hard_exit import leave
 from ..core.bake import Settings
-from ..core.estimators import AO, reflection
-from ..core.kernel_api import profile
+from ..core.rays.kernel_api import profile
+from ..core.rays.map_spec import AO, reflection
 from ..samples.scenes import SCENES, build
 from .ours import bake_here
 from .pages import ROOT, answer_of

@@ -12,10 +12,10 @@ from typing import Any
 
 import bpy
 
-from ..addon.cycles import bake_ao
-from ..addon.leave import leave
+from ..addon.cli.hard_exit import leave
+from ..addon.compare.cycles import bake_ao
 from ..core.bake import Settings
-from ..core.embree import OVERRIDE, candidates
+from ..core.rays.embree import OVERRIDE, candidates
 from ..samples.scenes import build
 from .ours import bake_here
 from .pages import answer_of

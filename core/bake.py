@@ -12,28 +12,29 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from . import horizon, inside, turned
-from .bent import Bent, Space
-from .clock import timed
-from .coding import Coder, Coding
-from .counts import Counts
-from .embree import open_device
-from .environment import Environment
-from .errors import InputError
-from .estimators import AO, Axis, Estimator, Falloff
-from .field import Field
-from .frames import Texture, check_tangents
-from .highs import onto_highs
-from .kernel_api import Control
-from .normal_map import with_normals
-from .occluders import Frame, Occluders
-from .products import LIGHT, RATIO, BakedMap, Finisher, picture_of, traced_estimators
+from .base.errors import InputError
+from .base.timing import timed
+from .charts.udim import part_in_tile, uv_in_tile, within_tile
+from .finish.bent_normals import Bent, Space
+from .finish.map_finisher import LIGHT, RATIO, BakedMap, Finisher, picture_of, traced_estimators
 from .progress import Preview, Progress
-from .scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
-from .solve import MOST_MEAN_RAYS, Goal, Means, Solved, first_rays, solve
-from .texels import Texels, rasterize
-from .tiles import part_in_tile, uv_in_tile, within_tile
-from .tracer import CHUNK_RAYS, Rays, Sums, images_of, trace, trace_texels
+from .rays.accumulators import Counts
+from .rays.embree import open_device
+from .rays.kernel_api import Control
+from .rays.map_spec import AO, Axis, Estimator, Falloff
+from .rays.occluders import Frame, Occluders
+from .rays.tracer import CHUNK_RAYS, Rays, Sums, images_of, trace, trace_texels
+from .scene.scene import Camera, Doubles, Floats, Instance, Ints, Placed, Scene, check_target, surface_of, zero_area
+from .solve import horizon
+from .solve.directional import Coder, Coding
+from .solve.solver import MOST_MEAN_RAYS, Goal, Means, Solved, first_rays, solve
+from .solve.surface_filter import Field
+from .spherical.environment import Environment
+from .texels import flipped_faces, interior
+from .texels.high_to_low import onto_highs
+from .texels.rasterize import Texels, rasterize
+from .texels.shading_normals import with_normals
+from .texels.tangent_space import Texture, check_tangents
 
 MAX_SIZE = 65536
 MAX_RAYS = 1 << 20
@@ -149,9 +150,9 @@ class Settings:
 @dataclass(eq=False)
 class Baked:
     """One baked object. maps by estimator name. rays: those of all its maps. inside: the share of its texels, 0 to 1,
-    that lie inside other meshes (inside.py); their values are as traced. overlapped: texels that show one of several
-    faces. turned: the share that sees the backs of its own faces alone (turned.py). seconds by stage. tile: of a UDIM
-    layout, None where there is none."""
+    that lie inside other meshes (interior.py); their values are as traced. overlapped: texels that show one of several
+    faces. turned: the share that sees the backs of its own faces alone (flipped_faces.py). seconds by stage. tile: of a
+    UDIM layout, None where there is none."""
 
     name: str
     width: int
@@ -247,9 +248,13 @@ class Baker:
                 coder = Coder(frame.scene, surface, texels.owner, texture, bench.rays(1, _CODES))
                 code = maps[settings.coding.code.name] = self._coded(coder, settings.coding, finisher, bench)
                 traced += code.rays
-        warnings += [*texels.warnings, *inside.warning(target.name, share), *turned.warning(target.name, backs)]
-        if AO.name in maps and share < inside.TOLD and backs < inside.TOLD:
-            warnings += turned.dark_warning(target.name, maps[AO.name].mean)
+        warnings += [
+            *texels.warnings,
+            *interior.warning(target.name, share),
+            *flipped_faces.warning(target.name, backs),
+        ]
+        if AO.name in maps and share < interior.TOLD and backs < interior.TOLD:
+            warnings += flipped_faces.dark_warning(target.name, maps[AO.name].mean)
         warnings += _shortfalls(target, settings, traced_maps, solved)
         what = (target.name, settings.width, settings.height, texels.count, traced, maps)
         return Baked(*what, share, texels.overlapped, backs, seconds, warnings, tile)
@@ -272,7 +277,7 @@ class Baker:
     def _share_turned(self, target: Instance, surface: Placed, texels: Texels, frame: Frame) -> float:
         own = self._occluders.number_of(target, frame)
         control = self._progress.enter(f"{target.name}: looking for faces that are turned", _INSIDE)
-        return turned.share_turned(
+        return flipped_faces.share_turned(
             frame.scene, surface, texels.owner, own, threads=self._settings.threads, control=control
         )
 
@@ -287,7 +292,7 @@ class Baker:
             return 0.0
         control = self._progress.enter(f"{target.name}: looking for meshes around it", _INSIDE)
         threads = self._settings.threads
-        return inside.share_inside(frame.scene, surface, texels.owner, own, threads=threads, control=control)
+        return interior.share_inside(frame.scene, surface, texels.owner, own, threads=threads, control=control)
 
 
 def _reserved(scene: Scene) -> dict[str, set[str]]:

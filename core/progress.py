@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .errors import Cancelled
-from .kernel_api import Control
-from .scene import Floats, Instance
+from .base.errors import Cancelled
+from .rays.kernel_api import Control
+from .scene.scene import Floats, Instance
 
 _EARLY = 0.03  # of a bake: before that what it took says little about what is left
 

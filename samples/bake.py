@@ -13,16 +13,16 @@ from pathlib import Path
 
 import bpy
 
-from ..addon.comparison import compare_with_cycles
-from ..addon.files import Folder
-from ..addon.job import Options, Outcome, Result, bake_steps
-from ..addon.leave import run_and_leave
-from ..addon.runner import run
+from ..addon.cli.hard_exit import run_and_leave
+from ..addon.compare.comparison import compare_with_cycles
+from ..addon.job.bake_job import Options, Outcome, Result, bake_steps
+from ..addon.job.runner import run
 from ..core.bake import Settings
-from ..core.errors import InputError
-from ..core.estimators import AO, reflection
+from ..core.base.errors import InputError
+from ..core.finish.map_files import Folder
+from ..core.finish.report import Json, object_entry, whole_report, write_report
 from ..core.progress import Progress
-from ..core.report import Json, object_entry, whole_report, write_report
+from ..core.rays.map_spec import AO, reflection
 from .scenes import SCENES, build
 
 COLUMNS = "scene      object         texels  seconds     ±AO  ±RO 10      bias   Cycles  ratio"

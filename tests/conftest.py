@@ -12,7 +12,7 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
     """Bakes of a number of rays do not trace their maps again to measure the error, which takes longer than a small map
     does; they tell an error of 0. For tests that look at values alone: those do not depend on it."""
     import numpy as np
-    from occlusion_bake.core import probes
+    from occlusion_bake.core.solve import probes
 
     estimates = np.zeros((1, 0))
     none = probes.Probes(np.zeros(0, dtype=np.int64), np.zeros(0), estimates, estimates, probes.MOST_LANE_RAYS)
@@ -23,7 +23,7 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
 def pytest_unconfigure(config: pytest.Config) -> None:
     """Blender as a module may hang in its destructors at exit; by now everything has been said."""
     if "bpy" in sys.modules and not hasattr(config, "workerinput"):
-        from occlusion_bake.addon.leave import leave
+        from occlusion_bake.addon.cli.hard_exit import leave
 
         leave(int(getattr(config, "occlusion_bake_status", 1)))
 

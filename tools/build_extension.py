@@ -15,7 +15,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CACHE = ROOT / "build" / "wheels"
 
 # What goes in; all else (tests, benchmarks, samples, tools, the kernel's sources) stays out.
-FILES = ("__init__.py", "__main__.py", "README.md", "LICENSE", "core/*.py", "addon/**/*.py")
+FILES = ("__init__.py", "__main__.py", "README.md", "LICENSE", "core/**/*.py", "addon/**/*.py")
 
 # The Pythons that Blender uses, and which requirements file pins their wheels. xatlas has no wheel for 3.14, where
 # meshes without UVs are refused.
@@ -107,7 +107,7 @@ def staged() -> list[Path]:
     """The package's own files. SystemExit where one that must be there is missing."""
     found = []
     for pattern in FILES:
-        matches = sorted(path for path in ROOT.glob(pattern) if "__pycache__" not in path.parts)
+        matches = sorted(path for path in ROOT.glob(pattern) if not {"__pycache__", "kernel"} & set(path.parts))
         if not matches:
             raise SystemExit(f"{pattern} is missing; the extension needs it")
         found += matches

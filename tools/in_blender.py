@@ -46,7 +46,7 @@ def scene(path: str) -> None:
 
 
 def command(path: str, *arguments: str) -> None:
-    status = importlib.import_module(f"{MODULE}.addon.command").main([path, *arguments])
+    status = importlib.import_module(f"{MODULE}.addon.cli.command").main([path, *arguments])
     if status:
         raise SystemExit(f"the command ended with {status}")
 

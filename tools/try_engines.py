@@ -155,7 +155,7 @@ def compared(ratios: Doubles, values: Doubles) -> str:
 
 def main_and_leave() -> NoReturn:
     """With Blender in it a process cannot end in the ordinary way."""
-    from occlusion_bake.addon.leave import leave
+    from occlusion_bake.addon.cli.hard_exit import leave
 
     status = 1
     try:

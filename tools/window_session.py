@@ -57,7 +57,7 @@ def make_scene() -> Any:
 
 
 def running() -> bool:
-    return importlib.import_module(f"{MODULE}.addon.modal").running() is not None
+    return importlib.import_module(f"{MODULE}.addon.ui.modal_operator").running() is not None
 
 
 def cancelled(floor: Any) -> Waits:
@@ -86,7 +86,7 @@ def gaps(when: str) -> Waits:
 
 def when_cancelled() -> tuple[list[float], list[float]]:
     """Will hold when the running bake was asked to stop, and when it had."""
-    modal = importlib.import_module(f"{MODULE}.addon.modal")
+    modal = importlib.import_module(f"{MODULE}.addon.ui.modal_operator")
     operator, progress = modal.LongOperator._active, modal.running()
     asked: list[float] = []
     ended: list[float] = []
@@ -261,7 +261,7 @@ def has_xatlas() -> bool:
 
 
 def stage() -> str:
-    progress = importlib.import_module(f"{MODULE}.addon.modal").running()
+    progress = importlib.import_module(f"{MODULE}.addon.ui.modal_operator").running()
     return progress.stage if progress is not None else ""
 
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import sys
 
-from ...addon.leave import leave
-from ...core.version import version
+from ...addon.cli.hard_exit import leave
+from ...core.base.version import version
 from ..pages import Page
 from . import cycles, exact, fuzz, horizon, second
 
@@ -17,7 +17,7 @@ PAGE = Page(
     path="docs/accuracy.md",
     title="Accuracy",
     about=f"Occlusion Bake {version()}. Written by `make accuracy`; one section alone: `.venv/bin/python -m "
-    "occlusion_bake.bench.truth SECTION`. How the estimators converge: [the study](../samples/study/README.md). What "
+    "occlusion_bake.bench.truth SECTION`. How the estimators converge: [the study](../bench/study/README.md). What "
     "meshes do to a bake: [hard cases](hard_cases.md). Values are visibility: 1 open, 0 closed.",
     sections={
         "exact": (exact.measure, exact.page),

@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.estimators import AO, Estimator, reflection, sampled
-from ...core.scene import Camera, Doubles, Instance, Ints, Mesh
+from ...core.rays.map_spec import AO, Estimator, reflection, sampled
+from ...core.scene.scene import Camera, Doubles, Instance, Ints, Mesh
 from . import formulas
 from .point import Point, patch
 

@@ -19,9 +19,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.cycles import CyclesBake
-from ...addon.leave import leave
-from ...core.compare import compare
+from ...addon.cli.hard_exit import leave
+from ...addon.compare.cycles import CyclesBake
+from ...core.finish.compare import compare
 from ...samples.scenes import SCENES
 from ..agreement import RAYS, SAMPLES, SIZE, Sides, bake_both, converged, ratio
 from ..pages import MODELS, ROOT

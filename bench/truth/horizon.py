@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from ...core.bake import Settings, bake
-from ...core.estimators import open_horizon, reflection
-from ...core.products import BakedMap
-from ...core.scene import Camera, Doubles, Instance, Mesh, Scene
+from ...core.finish.map_finisher import BakedMap
+from ...core.rays.map_spec import open_horizon, reflection
+from ...core.scene.scene import Camera, Doubles, Instance, Mesh, Scene
 from ..pages import ROOT
 from .point import patch
 

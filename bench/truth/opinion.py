@@ -13,12 +13,12 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.embree import open_device
-from ...core.estimators import Axis, Estimator
-from ...core.occluders import Occluders
 from ...core.progress import Progress
-from ...core.scene import Camera, Doubles, Instance, Ints, Scene, centre_of, surface_of
-from ...core.tracer import Rays, trace
+from ...core.rays.embree import open_device
+from ...core.rays.map_spec import Axis, Estimator
+from ...core.rays.occluders import Occluders
+from ...core.rays.tracer import Rays, trace
+from ...core.scene.scene import Camera, Doubles, Instance, Ints, Scene, centre_of, surface_of
 
 Bools = NDArray[np.bool_]
 

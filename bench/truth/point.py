@@ -6,13 +6,13 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ...core.embree import open_device
-from ...core.estimators import Estimator
-from ...core.occluders import Occluders
 from ...core.progress import Progress
-from ...core.scene import Camera, Doubles, Instance, Mesh, surface_of
-from ...core.texels import rasterize
-from ...core.tracer import Rays, trace
+from ...core.rays.embree import open_device
+from ...core.rays.map_spec import Estimator
+from ...core.rays.occluders import Occluders
+from ...core.rays.tracer import Rays, trace
+from ...core.scene.scene import Camera, Doubles, Instance, Mesh, surface_of
+from ...core.texels.rasterize import rasterize
 
 TEXELS = 8  # along a side: one tile, whose texels complete one another's rays
 

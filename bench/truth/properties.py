@@ -14,15 +14,15 @@ from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
 from ...core.bake import Baked, Settings, bake
-from ...core.charts import unwrap
-from ...core.compare import compare, picture
-from ...core.errors import InputError
-from ...core.finish import fill_margin
-from ...core.images import read_image, write_image
-from ...core.occluders import FARTHEST
-from ...core.products import BakedMap
-from ...core.scene import LARGEST, SMALLEST, Camera, Doubles, Floats, Instance, Mesh, Scene, bounds_of
-from ...core.texels import owners_by_centre, rasterize
+from ...core.base.errors import InputError
+from ...core.charts.unwrap import unwrap
+from ...core.finish.compare import compare, picture
+from ...core.finish.image_file import read_image, write_image
+from ...core.finish.map_finisher import BakedMap
+from ...core.finish.margin import fill_margin
+from ...core.rays.occluders import FARTHEST
+from ...core.scene.scene import LARGEST, SMALLEST, Camera, Doubles, Floats, Instance, Mesh, Scene, bounds_of
+from ...core.texels.rasterize import owners_by_centre, rasterize
 from .wild import UVS, WildBake, WildMap, WildMesh, WildObject, rotation, tame_bakes, tame_objects, wild_bakes
 
 # What a refusal may begin with: the target's name, or a setting's.

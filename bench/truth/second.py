@@ -16,15 +16,15 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...addon.extract import extract
-from ...addon.job import Options, Outcome, prepared_charts
-from ...addon.leave import leave
-from ...addon.runner import run
+from ...addon.cli.hard_exit import leave
+from ...addon.job.bake_job import Options, Outcome, prepared_charts
+from ...addon.job.runner import run
+from ...addon.read.scene_reader import extract
 from ...core.bake import Settings
-from ...core.estimators import AO, Estimator, reflection
 from ...core.progress import Progress
-from ...core.scene import Instance, Scene, bounds_of, zero_area
-from ...core.texels import rasterize
+from ...core.rays.map_spec import AO, Estimator, reflection
+from ...core.scene.scene import Instance, Scene, bounds_of, zero_area
+from ...core.texels.rasterize import rasterize
 from ..pages import MODELS
 from .opinion import RAYS, REPLICAS, SEEDS, STRATA, Agreement, ask
 from .subjects import SUBJECTS, open_subject

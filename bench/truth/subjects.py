@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 from mathutils import Vector
 
-from ...addon.load import load
+from ...addon.cli.import_file import load
 from ...samples.scenes import SCENES, build
 
 MODELS = {"bunny": "stanford-bunny.obj", "rocker arm": "rocker-arm.obj", "spot": "spot.obj"}

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.bake import Settings, bake
-from ...core.estimators import AO, Estimator, reflection, sampled
-from ...core.scene import Doubles, Instance, Mesh, Scene
+from ...core.rays.map_spec import AO, Estimator, reflection, sampled
+from ...core.scene.scene import Doubles, Instance, Mesh, Scene
 from . import formulas
 from .cases import Frame
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ...core.bake import Settings
-from ...core.estimators import AO, Estimator, reflection, sampled
-from ...core.scene import Camera, Doubles, Instance, Mesh, Scene
+from ...core.rays.map_spec import AO, Estimator, reflection, sampled
+from ...core.scene.scene import Camera, Doubles, Instance, Mesh, Scene
 
 Points = Doubles  # (V, 3)
 Faces = NDArray[np.int64]  # (T, 3)

@@ -12,8 +12,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...addon.leave import run_and_leave
-from ...core.errors import InputError
+from ...addon.cli.hard_exit import run_and_leave
+from ...core.base.errors import InputError
 from ..pages import MODELS, ROOT
 from . import draft, measure, page, reflections, texels, triangles
 from .plots import draw

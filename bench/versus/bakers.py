@@ -15,9 +15,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.cycles import CyclesBake, bake_ao
+from ...addon.compare.cycles import CyclesBake, bake_ao
 from ...core.bake import Settings
-from ...core.scene import Floats
+from ...core.scene.scene import Floats
 from ..ours import bake_here
 from .cycles import bake_at_defaults
 from .naive import MOST_TRIANGLES, Open, bake_naive, embreex_query, open3d_query, threads_of

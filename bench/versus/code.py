@@ -7,7 +7,7 @@ from functools import cache
 
 from ..pages import ROOT
 
-_SOURCES = ("core/*.py", "core/kernel/src/*", "core/kernel/include/*")
+_SOURCES = ("core/**/*.py", "core/kernel/src/*", "core/kernel/include/*")
 
 
 @cache

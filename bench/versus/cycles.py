@@ -8,9 +8,9 @@ from contextlib import ExitStack
 import bpy
 import numpy as np
 
-from ...addon import cycles
-from ...addon.cycles import CyclesBake
-from ...addon.extract import bake_override, borrow, object_mode, silenced
+from ...addon.compare import cycles
+from ...addon.compare.cycles import CyclesBake
+from ...addon.read.scene_reader import bake_override, borrow, object_mode, silenced
 
 SAMPLES, THRESHOLD, FEWEST = 4096, 0.01, 0  # as in Blender's factory file: what a new scene is baked with
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import bpy
 
-from ...addon.cycles import bake_ao
-from ...addon.quality import PRESETS
+from ...addon.compare.cycles import bake_ao
 from ...core.bake import Settings
+from ...core.quality import PRESETS
 from ..ours import bake_here
 from ..pages import machine
 from .store import Rows

@@ -11,7 +11,7 @@ from itertools import zip_longest
 import bpy
 import numpy as np
 
-from ...core.compare import compare
+from ...core.finish.compare import compare
 from ..pages import machine
 from .bakers import OURS, Baker, Shot, bakers, refusal
 from .code import state_of_code

@@ -13,10 +13,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.extract import extract
-from ...core.images import write_image
-from ...core.scene import Floats, Instance, Ints, centre_of, placed, surface_of, zero_area
-from ...core.texels import rasterize, surface_points
+from ...addon.read.scene_reader import extract
+from ...core.finish.image_file import write_image
+from ...core.scene.scene import Floats, Instance, Ints, centre_of, placed, surface_of, zero_area
+from ...core.texels.rasterize import rasterize, surface_points
 
 CHUNK = 1 << 18  # rays at a time
 LIFT = 1e-5  # of the object's diagonal: how far along the normal rays begin, against hits of the own triangle

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from ...core.version import version
+from ...core.base.version import version
 from .bakers import CYCLES, CYCLES_DEFAULT, OURS, OURS_ERROR, PEERS
 from .curves import Ratio, geometric_mean, ratio_at
 from .measure import LONG

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ...core.bake import Settings
-from ...core.compare import compare
-from ...core.estimators import AO, Estimator
-from ...core.scene import Floats
+from ...core.finish.compare import compare
+from ...core.rays.map_spec import AO, Estimator
+from ...core.scene.scene import Floats
 from ..ours import bake_here
 from .subject import Subject
 

@@ -6,8 +6,8 @@ import argparse
 from typing import Any
 
 from ...core.bake import Settings
-from ...core.compare import compare
-from ...core.estimators import Estimator, reflection, sampled
+from ...core.finish.compare import compare
+from ...core.rays.map_spec import Estimator, reflection, sampled
 from ..ours import bake_here
 from ..pages import machine
 from .curves import Curve, ratio_at

@@ -12,7 +12,7 @@ import numpy as np
 from mathutils import Matrix, Vector
 from numpy.typing import NDArray
 
-from ...addon.load import load
+from ...addon.cli.import_file import load
 from ...samples import shapes, stage
 from ...samples.scenes import SCENES as SAMPLES
 from ...samples.stage import Sample

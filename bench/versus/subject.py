@@ -9,10 +9,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.extract import extract
+from ...addon.read.scene_reader import extract
 from ...core.bake import Settings
-from ...core.scene import Ints, zero_area
-from ...core.texels import owners_by_centre, rasterize
+from ...core.scene.scene import Ints, zero_area
+from ...core.texels.rasterize import owners_by_centre, rasterize
 from ..ours import bake_here
 from .scenes import build
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ...addon.leave import leave
+from ...addon.cli.hard_exit import leave
 from ...core.bake import Settings
 from ..ours import bake_here
 from ..pages import answer_of, machine, peak_memory

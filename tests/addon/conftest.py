@@ -174,7 +174,7 @@ def bake(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Bake:
 
     def run(*words: str, file: Path | str | None = None, report: bool = True, effort: Sequence[str] = FEW_RAYS) -> Run:
         import bpy
-        from occlusion_bake.addon.command import main
+        from occlusion_bake.addon.cli.command import main
 
         if file is None:
             file = tmp_path / "scene.blend"

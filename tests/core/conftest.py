@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 from occlusion_bake.core.bake import Baked, Settings, bake
-from occlusion_bake.core.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
 
 SEEDS = 16  # rays of one seed complete one another, so that only whole seeds are independent
 T_BOUND = 6.5  # Student's t, 15 degrees of freedom: exceeded by chance with p = 1e-5

@@ -1,4 +1,4 @@
-// As much of GLSL in C++ as addon/rebuild.glsl uses, so that its very text can be compiled and run.
+// As much of GLSL in C++ as docs/engines/rebuild.glsl uses, so that its very text can be compiled and run.
 #pragma once
 #include <cmath>
 

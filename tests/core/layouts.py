@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from occlusion_bake.core.charts import Charts
+from occlusion_bake.core.charts.unwrap import Charts
 
 Mesh = tuple[Any, Any, Any]
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.bake import MAX_RAYS, MAX_SIZE, Settings, bake
-from occlusion_bake.core.errors import InputError
-from occlusion_bake.core.estimators import AO, reflection, sampled
-from occlusion_bake.core.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.core.base.errors import InputError
+from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
+from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
 
 OFFSETS = (0.0, 1e3, 1e5)
 SCALES = (1e-3, 1.0, 1e3)

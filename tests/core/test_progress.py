@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 from occlusion_bake.core.bake import Settings, bake
-from occlusion_bake.core.embree import open_device
-from occlusion_bake.core.errors import Cancelled
-from occlusion_bake.core.estimators import AO
-from occlusion_bake.core.kernel_api import Control
-from occlusion_bake.core.occluders import Occluders
+from occlusion_bake.core.base.errors import Cancelled
 from occlusion_bake.core.progress import Progress
-from occlusion_bake.core.scene import Scene, placed
+from occlusion_bake.core.rays.embree import open_device
+from occlusion_bake.core.rays.kernel_api import Control
+from occlusion_bake.core.rays.map_spec import AO
+from occlusion_bake.core.rays.occluders import Occluders
+from occlusion_bake.core.rays.tracer import Geometry, Rays, TraceScene, trace
+from occlusion_bake.core.scene.scene import Scene, placed
 from occlusion_bake.core.texels import rasterize
-from occlusion_bake.core.tracer import Geometry, Rays, TraceScene, trace
 
 
 class Watcher:

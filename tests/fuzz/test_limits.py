@@ -11,8 +11,8 @@ from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.bench.truth.properties import moved
 from occlusion_bake.bench.truth.wild import WildBake, WildMap, WildMesh, WildObject
 from occlusion_bake.core.bake import bake
-from occlusion_bake.core.errors import InputError
-from occlusion_bake.core.scene import LARGEST, SMALLEST, Instance, Scene, bounds_of, placed
+from occlusion_bake.core.base.errors import InputError
+from occlusion_bake.core.scene.scene import LARGEST, SMALLEST, Instance, Scene, bounds_of, placed
 
 TERRAIN = WildBake(
     WildObject(WildMesh("grid", 200, 3, normals="tilted")),

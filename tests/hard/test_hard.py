@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from occlusion_bake.bench.truth.hard.case import Case, judge, speckles
 from occlusion_bake.bench.truth.hard.catalogue import CASES
-from occlusion_bake.core.scene import Scene
+from occlusion_bake.core.scene.scene import Scene
 
 pytestmark = pytest.mark.usefixtures("unmeasured")
 BY_NAME = {case.name: case for case in CASES}

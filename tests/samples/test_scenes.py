@@ -13,7 +13,7 @@ bpy = pytest.importorskip("bpy")
 import bmesh  # noqa: E402  (comes with bpy)
 from mathutils import Vector  # noqa: E402
 from mathutils.bvhtree import BVHTree  # noqa: E402
-from occlusion_bake.samples import foliage, scenes, thousands  # noqa: E402  (needs bpy)
+from occlusion_bake.samples import foliage, scenes, thousands  # noqa: E402
 from occlusion_bake.samples.stage import Sample  # noqa: E402
 
 Doubles = NDArray[np.float64]

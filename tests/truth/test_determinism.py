@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from occlusion_bake.core import occluders
 from occlusion_bake.core.bake import Baked, Settings, bake
-from occlusion_bake.core.embree import open_device
-from occlusion_bake.core.estimators import AO, Estimator, reflection, sampled
-from occlusion_bake.core.occluders import Occluders
 from occlusion_bake.core.progress import Progress
-from occlusion_bake.core.scene import Camera, Floats, Instance, Mesh, Scene, placed
+from occlusion_bake.core.rays import occluders
+from occlusion_bake.core.rays.embree import open_device
+from occlusion_bake.core.rays.map_spec import AO, Estimator, reflection, sampled
+from occlusion_bake.core.rays.occluders import Occluders
+from occlusion_bake.core.rays.tracer import Rays, trace
+from occlusion_bake.core.scene.scene import Camera, Floats, Instance, Mesh, Scene, placed
 from occlusion_bake.core.texels import rasterize
-from occlusion_bake.core.tracer import Rays, trace
 
 LOBES = (AO, reflection(10), replace(reflection(40, from_camera=True), name="from camera"))
 MAPS = (

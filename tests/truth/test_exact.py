@@ -10,7 +10,7 @@ import pytest
 from occlusion_bake.bench.truth import formulas, whole
 from occlusion_bake.bench.truth.cases import FRAMES, Frame, cases
 from occlusion_bake.bench.truth.exact import CONVERGED, T_BOUND, chosen_answers, read
-from occlusion_bake.core.scene import Mesh
+from occlusion_bake.core.scene.scene import Mesh
 
 pytestmark = pytest.mark.usefixtures("unmeasured")
 PATCH = {"texels": 40, "rays": 64}  # standard errors as of 16² texels of 256 rays, whose tables are four times as large

@@ -16,8 +16,8 @@ from occlusion_bake.bench.truth.reference import (
     over_lobe,
     phong_brdf,
 )
-from occlusion_bake.core import horizon
-from occlusion_bake.core.estimators import open_horizon
+from occlusion_bake.core.rays.map_spec import open_horizon
+from occlusion_bake.core.solve import horizon
 
 EXPONENTS = (0.0, 0.5, 1.0, 2.0, 10.0, 64.0, 100.0, 1e3, 1e4, 1e6)
 DEGREES = (0.0, 1.0, 20.0, 45.0, 60.0, 80.0, 85.0, 89.9, 90.0)

@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import ArrayLike, NDArray
 from occlusion_bake.bench.truth import opinion
 from occlusion_bake.bench.truth.opinion import Agreement, Estimate, Texels, Tracer, ask
-from occlusion_bake.core import occluders
-from occlusion_bake.core.estimators import AO, Estimator, reflection
-from occlusion_bake.core.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.core.rays import occluders
+from occlusion_bake.core.rays.map_spec import AO, Estimator, reflection
+from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
 from occlusion_bake.core.texels import rasterize
 
 # By chance exceeded with p = 1e-5: Student's t of 16 seeds, and a mean of squares over some 200 texels, which leans.

@@ -6,7 +6,7 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ....core.scene import Instance, Mesh, Scene
+from ....core.scene.scene import Instance, Mesh, Scene
 
 
 def open_scene(scene: Scene) -> str:

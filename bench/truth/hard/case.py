@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....core.bake import Baked, Settings, bake
-from ....core.estimators import AO, reflection
-from ....core.scene import Doubles, Instance, Ints, Scene, centre_of, surface_of, zero_area
-from ....core.texels import Texels, rasterize, surface_points
+from ....core.rays.map_spec import AO, reflection
+from ....core.scene.scene import Doubles, Instance, Ints, Scene, centre_of, surface_of, zero_area
+from ....core.texels.rasterize import Texels, rasterize, surface_points
 
 Bools = NDArray[np.bool_]
 

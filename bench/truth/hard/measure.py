@@ -16,15 +16,15 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ....addon.cycles import CyclesBake, bake_ao
-from ....addon.leave import leave
+from ....addon.cli.hard_exit import leave
+from ....addon.compare.cycles import CyclesBake, bake_ao
 from ....core.bake import bake
-from ....core.compare import picture
-from ....core.estimators import AO
-from ....core.images import write_image
-from ....core.products import BakedMap
-from ....core.scene import Doubles, Floats
-from ....core.version import version
+from ....core.base.version import version
+from ....core.finish.compare import picture
+from ....core.finish.image_file import write_image
+from ....core.finish.map_finisher import BakedMap
+from ....core.rays.map_spec import AO
+from ....core.scene.scene import Doubles, Floats
 from ...ours import bake_here
 from ...pages import ROOT
 from .blender import open_scene

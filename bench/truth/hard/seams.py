@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....core.finish import fill_margin
-from ....core.scene import Doubles, Floats, Ints, Mesh
+from ....core.finish.margin import fill_margin
+from ....core.scene.scene import Doubles, Floats, Ints, Mesh
 from .case import Bools, Judged
 from .shapes import grid_cells
 

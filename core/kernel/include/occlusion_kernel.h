@@ -3,7 +3,7 @@
  * Plain C, arrays in and arrays out, nothing kept but what the handles hold. Contracts for every function:
  *  - Functions that return int32_t return OB_OK or one of the codes below; ob_error_message() then says why in a line.
  *  - Arrays are contiguous and not aliased; sizes are in elements; images are row-major, row 0 at the top.
- *  - Positions are float32 in one common frame, centred near the surface being baked (see core/scene.py).
+ *  - Positions are float32 in one common frame, centred near the surface being baked (see core/scene/scene.py).
  *  - `control` may be NULL. It may be read and `cancel` may be written from another thread while a call runs.
  *  - threads <= 0 means all of the machine's; 1024 are the most.
  *  - Handles may be used from one thread at a time.

@@ -1,0 +1,1 @@
+"""UV charts for Blender's meshes, in maps of their own."""

@@ -1,0 +1,69 @@
+"""The chart maps of a mesh as they were, to put them back after work that came to nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+import bpy
+import numpy as np
+
+from ...core.scene.scene import Floats
+from .chart_job import MARKS
+
+
+@dataclass(frozen=True, eq=False)
+class _ChartMap:
+    """uv: (loops, 2) float32, None where there was no such map. mark: of what it was made for."""
+
+    uv: Floats | None
+    mark: str | None
+
+
+_ChartMaps = dict[str, _ChartMap]  # by the UV map's name
+
+
+@contextmanager
+def charts_on_trial(view_layer: bpy.types.ViewLayer, names: tuple[str, ...], kept: list[str]) -> Iterator[None]:
+    """Put back the chart maps of all named objects that are not among the kept in the end; they share no mesh with one.
+
+    kept: filled by the work inside.
+    """
+    before = {name: _read(view_layer.objects[name].data) for name in names}
+    try:
+        yield
+    finally:
+        objects = {name: bpy.data.objects.get(name) for name in names}  # less those that the artist has removed
+        used = {objects[name].data for name in kept if objects.get(name)}
+        for name, obj in objects.items():
+            if obj is not None and obj.data not in used:
+                for layer, chart_map in before[name].items():
+                    _restore(obj.data, layer, chart_map)
+
+
+def _read(mesh: bpy.types.Mesh) -> _ChartMaps:
+    found = {}
+    for name, mark in MARKS.items():
+        layer, uv = mesh.uv_layers.get(name), None
+        if layer is not None:
+            uv = np.empty((len(layer.uv), 2), dtype=np.float32)
+            layer.uv.foreach_get("vector", uv.reshape(-1))
+        found[name] = _ChartMap(uv, mesh.get(mark))
+    return found
+
+
+def _restore(mesh: bpy.types.Mesh, name: str, before: _ChartMap) -> None:
+    mark = MARKS[name]
+    if mesh.get(mark) == before.mark:
+        return  # no charts were made
+    if before.mark is None:
+        del mesh[mark]
+    else:
+        mesh[mark] = before.mark
+    layer = mesh.uv_layers.get(name)
+    if layer is not None and before.uv is None:
+        mesh.uv_layers.remove(layer)
+    elif layer is not None and before.uv is not None and len(layer.uv) == len(before.uv):
+        layer.uv.foreach_set("vector", before.uv.reshape(-1))
+    mesh.update()

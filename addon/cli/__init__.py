@@ -1,0 +1,1 @@
+"""The command, with and without Blender's window."""

@@ -1,0 +1,314 @@
+"""The command: `blender -b FILE.blend -c occlusion_bake …` and `python -m occlusion_bake FILE …`.
+
+Exit status 0; 1 for a fault of ours; 2 for bad arguments or input, with one line that says what; 3 when cancelled.
+"""
+
+from __future__ import annotations
+
+import io
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any, TextIO
+
+import bpy
+
+from ...core.bake import Baked, Settings
+from ...core.base.errors import Cancelled, InputError
+from ...core.charts.udim import FIRST
+from ...core.finish.image_file import check_channel, write_channel
+from ...core.finish.map_files import Folder, check_file, check_image, clean_name, whole_path, write_coverage
+from ...core.finish.map_images import is_one_grey
+from ...core.finish.report import (
+    Json,
+    error_in_words,
+    million_rays_per_second,
+    object_entry,
+    times_as_long,
+    whole_report,
+    write_report,
+)
+from ...core.progress import Progress
+from ...core.scene.scene import Instance
+from ..charts.chart_job import layer_of
+from ..compare.comparison import compare_with_cycles
+from ..job.bake_job import Options, Outcome, Result, bake_steps, meshes_in_render
+from ..job.runner import run
+from ..output.color_attributes import store_colours
+from ..read.high_low_pairs import Pairing, paired_by_name, paired_with
+from ..read.occluder_filter import named
+from .import_file import load
+from .options import parser, settings_of
+
+NAME = "occlusion_bake"
+_CLEAR = "\r\x1b[K"
+
+
+def main(argv: Sequence[str]) -> int:
+    """`python -m occlusion_bake FILE …`: loads the file first."""
+    return _guarded(partial(_load_and_bake, argv))
+
+
+def blender_command(argv: Sequence[str]) -> int:
+    """`blender -b FILE.blend -c occlusion_bake …`: the file is loaded already."""
+    return _guarded(partial(_bake_loaded, argv))
+
+
+def _guarded(body: Callable[[], None]) -> int:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal may lack letters of an object's name
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        body()
+    except InputError as error:
+        _say(f"{NAME}: {error}", sys.stderr)
+        return 2
+    except (Cancelled, KeyboardInterrupt):  # the latter before the bake has begun
+        _say(f"{NAME}: cancelled", sys.stderr)
+        return 3
+    except SystemExit as request:  # --help
+        return int(request.code or 0)
+    except MemoryError as error:
+        _say(f"{NAME}: {error or 'not enough memory'}; bake fewer objects or a smaller image", sys.stderr)
+        return 1
+    except Exception:
+        traceback.print_exc()
+        return 1
+    return 0
+
+
+def _load_and_bake(argv: Sequence[str]) -> None:
+    options = parser(f"python -m {NAME}", with_file=True).parse_args(argv)
+    settings_of(options)  # what is wrong with the options is said before a large file is read
+    load(options.file)
+    _bake(options)
+
+
+def _bake_loaded(argv: Sequence[str]) -> None:
+    _bake(parser(f"blender -c {NAME}", with_file=False).parse_args(argv))
+
+
+def _bake(options: Any) -> None:
+    context = bpy.context
+    settings = settings_of(options)
+    _place_files(options)
+    chosen = _chosen(context, options, settings)
+    names = chosen.objects
+    if options.into:
+        _check_into(options, chosen)
+    elsewhere = options.into or options.color_attributes
+    folder = None if elsewhere else Folder(options.output, options.format, options.depth, options.dither)
+    progress = Progress(len(names))
+    outcome = Outcome()
+    writer = _Writer(context, options, chosen, folder)
+    steps = bake_steps(context, chosen, progress, outcome, writer.deliver)
+    try:
+        run(steps, progress, _Line().show)
+        progress.raise_if_cancelled()  # while Cycles held the main thread
+    finally:
+        if options.color_attributes and outcome.finished:
+            _save_copy(options.color_attributes, "color attributes")
+        _save_charts(outcome, options)
+        for line in (*outcome.notes, *(outcome.refused if len(names) > 1 else ())):
+            _say(f"{NAME}: {line}")
+    if options.report:
+        _report(options.report, settings, outcome, writer)
+    if outcome.refused:
+        raise InputError(outcome.complaint(len(names)))
+    if writer.uncompared:
+        raise InputError(f"{len(writer.uncompared)} of {len(names)} objects not compared; {writer.uncompared[0]}")
+
+
+def _check_into(options: Any, chosen: Options) -> None:
+    path, channel = options.into
+    if (len(chosen.objects) > 1 and not chosen.atlas) or not is_one_grey(chosen.settings):
+        raise InputError(f"--into {path}:{channel}: a channel takes one grey map of one object; choose one of each")
+    check_channel(path, channel, (chosen.settings.width, chosen.settings.height))
+
+
+def _chosen(context: Any, options: Any, settings: Settings) -> Options:
+    """What to bake, from what, and who occludes."""
+    names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
+    pairing = Pairing(names)
+    if options.pairs:
+        pairing = paired_by_name(context.view_layer.objects, names, options.extrusion)
+    elif options.highs:
+        pairing = paired_with(names[0], options.highs, options.cage or "", options.extrusion)
+    occluding = replace(named(options.occluders, ground=options.ground), less=pairing.less)
+    return Options(
+        pairing.targets,
+        settings,
+        options.uv,
+        occluding,
+        highs=pairing.highs,
+        colours=options.color_attributes is not None,
+        atlas=options.atlas or "",
+        tiled=options.udim and not options.into,
+    )
+
+
+def _place_files(options: Any) -> None:
+    """Make the options' paths whole, and refuse before the bake what could not be written after it."""
+    scene_file = bpy.data.filepath or getattr(options, "file", "")
+    options.output = whole_path(options.output, scene_file)
+    if options.report:
+        options.report = whole_path(options.report, scene_file)
+        check_file(options.report)
+    if options.into:
+        options.into = whole_path(options.into[0], scene_file), options.into[1]
+    if options.color_attributes:
+        options.color_attributes = whole_path(options.color_attributes, scene_file)
+        check_file(options.color_attributes)
+    if options.coverage:
+        options.coverage = whole_path(options.coverage, scene_file)
+        check_image(options.coverage)
+
+
+def _all_meshes(view_layer: Any) -> list[str]:
+    """What renders; where nothing does, whatever mesh there is, for the bake to say why it cannot be baked."""
+    names = meshes_in_render(view_layer) or [obj.name for obj in view_layer.objects if obj.type == "MESH"]
+    if not names:
+        raise InputError(f"the view layer {view_layer.name} holds no mesh; add one, or include its collection")
+    return names
+
+
+def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -> None:
+    assert outcome.baker is not None  # something has been baked
+    seconds = {**outcome.seconds, "total": outcome.seconds["total"] - writer.cycles_seconds}
+    report = whole_report(settings, outcome.baker.device, seconds, writer.entries)
+    more = {"occluders": outcome.occluders, "notes": outcome.notes, "refused": outcome.refused}
+    write_report(path, {**report, **more})
+
+
+class _Writer:
+    """Takes each baked object: writes its files, compares, keeps its entry for the report, prints its line."""
+
+    def __init__(self, context: Any, options: Any, chosen: Options, folder: Folder | None) -> None:
+        self.entries: list[Json] = []
+        self.cycles_seconds = 0.0
+        self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
+        self._context, self._options, self._chosen, self._settings = context, options, chosen, chosen.settings
+        self._said: set[str] = set()
+        self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.atlas
+
+    def deliver(self, result: Result) -> None:
+        stem = self._folder.stem(result.name) if self._folder else clean_name(result.name)
+        entries = [self._write(result, baked, stem) for baked in result.bakes]
+        if len(result.targets) > 1:
+            entries[0]["objects"] = [target.name for target in result.targets]
+        self.entries += entries
+        if result.name in self._chosen.highs and self._options.compare_cycles:
+            self.uncompared.append(
+                f"{result.name}: Cycles is compared with on an object's own surface; leave out its highs"
+            )
+        elif self._options.compare_cycles and result.baked.tile not in (None, FIRST):
+            self.uncompared.append(
+                f"{result.name}: it has no texel in tile {FIRST}, which alone is compared; move its UVs"
+            )
+        elif self._options.compare_cycles:
+            self._compare(result.target, result.baked, stem, entries[0])
+
+    def _write(self, result: Result, baked: Baked, stem: str) -> Json:
+        start = time.perf_counter()
+        files = self._put(result, baked, stem)
+        if self._options.coverage:
+            files["coverage"] = write_coverage(self._options.coverage, baked, stem, several=self._several)
+        baked.seconds["write"] = time.perf_counter() - start
+        entry = object_entry(baked, files)
+        for line in baked.warnings:
+            if line not in self._said:  # of each tile of a UDIM layout
+                _say(f"{NAME}: {line}")
+            self._said.add(line)
+        _say(_summary(entry))
+        return entry
+
+    def _put(self, result: Result, baked: Baked, stem: str) -> dict[str, Path]:
+        """The maps to where they go; returns the files."""
+        if self._folder is not None:
+            return self._folder.write(baked, self._settings, stem)
+        if self._options.into is None:
+            store_colours(self._context.view_layer.objects[result.name], result.target, baked)
+            return {}
+        path, channel = self._options.into
+        ((name, made),) = baked.maps.items()
+        write_channel(path, made.values, channel, dither=self._options.dither)
+        return {name: path}
+
+    def _compare(self, target: Instance, baked: Baked, stem: str, entry: Json) -> None:
+        start = time.perf_counter()
+        samples, picture = self._options.compare_cycles, self._folder.path / f"{stem}_ao_compared.png"  # type: ignore[union-attr]
+        _say(f"{baked.name}: baking with Cycles, {samples} samples …")
+        try:
+            cycles = compare_with_cycles(
+                *(self._context, target, baked, self._settings, samples, layer_of(self._options.uv), picture),
+                self._chosen.occluding,
+            )
+        except InputError as refusal:  # the others go on
+            self.uncompared.append(str(refusal))
+            return
+        finally:
+            self.cycles_seconds += time.perf_counter() - start
+        entry["cycles"] = cycles
+        _say(
+            f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {times_as_long(entry):.1f} times as "
+            "long for a sample as for a ray here; "
+            f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}; {picture}"
+        )
+        for line in cycles["reasons"]:
+            _say(f"{baked.name}: {line}")
+
+
+def _summary(entry: Json) -> str:
+    seconds, (width, height) = entry["seconds"], entry["size"]
+    errors = ", ".join(f"{name} {error_in_words(entry, name)}" for name in entry["error"])
+    return (
+        f"{entry['name']}: {width}x{height}, {entry['texels']:,} texels, {entry['rays']:,} rays in "
+        f"{seconds['total']:.2f} s ({million_rays_per_second(entry):.1f} million rays a second); RMSE {errors}"
+    )
+
+
+def _save_charts(outcome: Outcome, options: Any) -> None:
+    """Textures on charts are of no use without them: a copy of the scene with its new UV maps goes beside them."""
+    if set(outcome.charting.made).isdisjoint(outcome.finished):
+        return
+    source = Path(getattr(options, "file", None) or bpy.data.filepath or "scene")
+    folder = options.into[0].parent if options.into else options.output
+    path = folder.resolve() / f"{clean_name(source.stem + '_charts')}.blend"
+    _save_copy(path, "new UV maps")
+    outcome.notes.append(f"a copy of the scene with the new UV maps is {path}")
+
+
+def _save_copy(path: Path, what: str) -> None:
+    try:  # uncompressed: on a full disk Blender takes the stump of a compressed file for success
+        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
+    except RuntimeError as error:
+        cause = str(error).strip().splitlines()[0].removeprefix("Error: ")
+        raise InputError(f"{path}: the {what} cannot be saved ({cause}); check that the disk has room") from error
+
+
+def _say(line: str, stream: TextIO | None = None) -> None:
+    """Print a line, in the place of the progress on a terminal."""
+    stream = stream or sys.stdout
+    print(f"{_CLEAR if stream.isatty() else ''}{line}", file=stream, flush=True)
+
+
+class _Line:
+    """Progress on the terminal: one line that is written over; elsewhere a line for each stage."""
+
+    def __init__(self) -> None:
+        self._stage = ""
+        self._due = 0.0
+
+    def show(self, progress: Progress) -> None:
+        if sys.stdout.isatty():
+            now = time.monotonic()
+            if now >= self._due:
+                self._due = now + 0.1
+                print(f"{_CLEAR}{100.0 * progress.fraction:5.1f} %  {progress.stage}", end="\r", flush=True)
+        elif progress.stage != self._stage:
+            self._stage = progress.stage
+            print(f"{100.0 * progress.fraction:5.1f} %  {progress.stage}", flush=True)

@@ -1,0 +1,1 @@
+"""One bake from Blender, in steps that leave the window alive."""

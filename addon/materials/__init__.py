@@ -1,0 +1,1 @@
+"""What materials' nodes say of opacity and normals."""

@@ -1,0 +1,115 @@
+"""Images' pixels as Cycles looks them up in a material, each read once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...core.scene.scene import Floats
+
+_KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a movie", "VIEWER": "a render"}
+_LINEAR = ("Linear Rec.709", "Working Space")  # as the pixels are stored, where the scene's own space is not changed
+
+
+class Unread(Exception):
+    """Something of a material that is not read.
+
+    what: what reaches the socket that is read, or, with `whole`, the cause in words that fit after the material's name.
+    cure: what the artist can do; None: whatever helps with most of what reaches that socket.
+    """
+
+    def __init__(self, what: str, cure: str | None = None, *, whole: bool = False) -> None:
+        super().__init__(what)
+        self.what, self.cure, self.whole = what, cure, whole
+
+    def in_words(self, socket: str) -> str:
+        """The cause, where the socket is called so; it fits after the material's name."""
+        return self.what if self.whole else f"what reaches its {socket} is {self.what}, which is not read"
+
+
+class Pictures:
+    """What image nodes read, kept for the next material that uses the same image."""
+
+    def __init__(self) -> None:
+        self._kept: dict[tuple[str, str], Floats] = {}
+
+    def alpha(self, image: bpy.types.Image) -> Floats:
+        """(h, w) float32, row 0 at the top: what comes out of the socket Alpha. Raises Unread."""
+        return self._once(image, "alpha", _alpha)
+
+    def colour(self, image: bpy.types.Image) -> Floats:
+        """(h, w, 3) float32, row 0 at the top: the colours as they are interpolated, `is_encoded` ones not yet decoded
+        and `is_associated` ones multiplied by their alpha. Raises Unread."""
+        return self._once(image, "colour", _colour)
+
+    def _once(self, image: bpy.types.Image, kind: str, read: Callable[[bpy.types.Image], Floats]) -> Floats:
+        key = (image.name_full, kind)
+        if key not in self._kept:
+            self._kept[key] = read(image)
+        return self._kept[key]
+
+
+def is_associated(image: bpy.types.Image) -> bool:
+    """Whether Cycles holds an image's colours multiplied by its alpha, to divide them where the alpha is used, too."""
+    return image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
+
+
+def is_encoded(image: bpy.types.Image) -> bool:
+    """Whether an image's colours are sRGB bytes, which Cycles interpolates as they are and decodes then. Raises Unread
+    for another colour space."""
+    space = image.colorspace_settings
+    if image.is_float or space.is_data or space.name in _LINEAR:
+        return False
+    if space.name == "sRGB":
+        return True
+    raise Unread(
+        f"the colour of {image.name} in {space.name}",
+        "set the image's colour space to sRGB or Non-Color",
+    )
+
+
+def _alpha(image: bpy.types.Image) -> Floats:
+    _check_single(image)
+    if image.alpha_mode == "NONE":
+        return np.ones((1, 1), dtype=np.float32)
+    pixels = _pixels(image)
+    if pixels.shape[2] != 4:
+        return np.ones((1, 1), dtype=np.float32)
+    return _sound(pixels[..., 3])
+
+
+def _colour(image: bpy.types.Image) -> Floats:
+    """As Blender 5.2's Cycles. Earlier ones multiply premultiplied ones, and not those of floats."""
+    pixels = _pixels(image)
+    colour = _sound(pixels[..., :3] if pixels.shape[2] > 2 else np.repeat(pixels[..., :1], 3, axis=2))
+    if image.alpha_mode != "STRAIGHT" or not is_associated(image) or pixels.shape[2] != 4:
+        return colour
+    colour *= _sound(pixels[..., 3:])
+    if not image.is_float:  # bytes again, rounded down
+        colour = np.floor(colour * np.float32(255.0) + np.float32(1e-3)) / np.float32(255.0)
+    return colour
+
+
+def _sound(values: Any) -> Floats:
+    """A contiguous copy with zeros for what is no number, as Cycles has it."""
+    return np.nan_to_num(np.array(values, dtype=np.float32, order="C"), copy=False, nan=0.0, posinf=0.0, neginf=0.0)
+
+
+def _check_single(image: bpy.types.Image) -> None:
+    """Raises Unread for what is no single picture, or cannot be loaded."""
+    if image.source in _KINDS:
+        raise Unread(f"{image.name}, {_KINDS[image.source]}", "use a single image")
+    if 0 in image.size:
+        raise Unread(f"its image {image.name} cannot be loaded", "find the file (File > External Data)", whole=True)
+
+
+def _pixels(image: bpy.types.Image) -> Floats:
+    """(h, w, channels) float32, row 0 at the top. Raises Unread."""
+    _check_single(image)
+    width, height = image.size
+    pixels = np.empty((height, width, image.channels), dtype=np.float32)
+    image.pixels.foreach_get(pixels.reshape(-1))
+    return pixels[::-1]

@@ -1,0 +1,36 @@
+"""What a reading of a scene finds of its materials: each is followed once, however many objects have it."""
+
+from __future__ import annotations
+
+from typing import Generic, TypeVar
+
+import bpy
+
+from .image_pixels import Pictures
+
+Found = TypeVar("Found")
+
+
+class PerMaterial(Generic[Found]):
+    """override: a material that stands for all, as a view layer can have. pictures: where images are kept that others
+    read, too."""
+
+    def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
+        self._override, self._pictures = override, pictures or Pictures()
+        self._found: dict[str, Found] = {}
+
+    def of(self, material: bpy.types.Material | None, lines: list[str]) -> Found:
+        """What is found of a material. What there is to say of it is added to `lines` the first time."""
+        material = self._override or material
+        if material is None:
+            return self._nothing()
+        if material.name_full not in self._found:
+            self._found[material.name_full] = self._read(material, lines)
+        return self._found[material.name_full]
+
+    def _nothing(self) -> Found:
+        """Of no material."""
+        raise NotImplementedError
+
+    def _read(self, material: bpy.types.Material, lines: list[str]) -> Found:
+        raise NotImplementedError

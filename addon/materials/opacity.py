@@ -1,0 +1,104 @@
+"""What a material lets through, read from its nodes as Cycles evaluates them for a shadow ray.
+
+Only what reaches the opacity is followed, and no image is read that does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+import numpy as np
+
+from .image_pixels import Pictures
+from .node_evaluator import Values
+from .node_links import Feed, Path, feeding, unread
+from .texel_values import Field, bent, clipped, constant, grey, mapped, mix
+
+
+@dataclass(frozen=True)
+class Opacity:
+    """What a material lets through. note: what of it is taken for something else, in words that fit after its name."""
+
+    field: Field
+    note: str = ""
+
+
+def opacity_of(material: bpy.types.Material | None, pictures: Pictures) -> Opacity:
+    """A material's opacity to shadow rays: a field of values from 0 to 1. Raises Unread."""
+    tree = None if material is None or not material.use_transparent_shadow else nodes_of(material)
+    output = None if tree is None else tree.get_output_node("CYCLES")
+    if output is None:
+        return Opacity(constant(1.0))
+    surface, volume = (feeding(output.inputs[name], ()) for name in ("Surface", "Volume"))
+    if surface.node is None and volume.node is not None:
+        return Opacity(constant(0.0), "it is a volume alone; light passes through it as if it were clear")
+    reader = _Reader(pictures)
+    field = reader.shader(output.inputs["Surface"], ())
+    return Opacity(replace(field, values=clipped(field.values)), reader.note)
+
+
+def nodes_of(material: bpy.types.Material) -> Any:
+    """A material's nodes, None where it has none; from 5.0 on they always count."""
+    return material.node_tree if bpy.app.version >= (5, 0) or material.use_nodes else None
+
+
+class _Reader(Values):
+    """Evaluates the shaders of one material. note: as of `Opacity`."""
+
+    def __init__(self, pictures: Pictures) -> None:
+        super().__init__(pictures)
+        self.note = ""
+
+    def shader(self, socket: Any, path: Path) -> Field:
+        """The opacity of what feeds a shader socket. Raises Unread."""
+        feed = feeding(socket, path)
+        if feed.node is None:
+            return constant(1.0)
+        handler = _SHADERS.get(feed.node.type)
+        if handler is not None:
+            return handler(self, feed)
+        if feed.node.type in _OPAQUE or feed.node.type.startswith("BSDF_"):
+            return constant(1.0)
+        raise unread(feed.node)
+
+    def principled(self, feed: Feed) -> Field:
+        """Its alpha."""
+        alpha = self.number(feed.node.inputs["Alpha"], feed.path)
+        return replace(alpha, values=clipped(alpha.values))
+
+    def transparent(self, feed: Feed) -> Field:
+        """Clear where white. A colour would tint the light; here it is as dark as it looks."""
+        colour = self.colour(feed.node.inputs["Color"], feed.path)
+        if np.ptp(colour.values, axis=2).max() > 1e-3:
+            self.note = "its transparency is coloured; light passes as if it were grey"
+        return mapped(lambda grey: 1.0 - np.clip(grey, 0.0, 1.0), grey(colour))
+
+    def mix_shader(self, feed: Feed) -> Field:
+        """Between its two shaders; one that does not count is not read."""
+        factor, first, second = feed.node.inputs
+        share = self.number(factor, feed.path)
+        share = replace(share, values=clipped(share.values))
+        if share.is_all(0.0) or share.is_all(1.0):
+            return self.shader(first if share.is_all(0.0) else second, feed.path)
+        return mix(share, self.shader(first, feed.path), self.shader(second, feed.path))
+
+    def add_shader(self, feed: Feed) -> Field:
+        """What either lets through."""
+        first, second = (self.shader(socket, feed.path) for socket in feed.node.inputs)
+        if first.is_all(1.0) and second.is_all(1.0):
+            return first
+        return bent(lambda a, b: np.maximum(a + b - 1.0, 0.0), first, second)
+
+
+_SHADERS: dict[str, Callable[[_Reader, Feed], Field]] = {
+    "BSDF_PRINCIPLED": _Reader.principled,
+    "BSDF_TRANSPARENT": _Reader.transparent,
+    "MIX_SHADER": _Reader.mix_shader,
+    "ADD_SHADER": _Reader.add_shader,
+}
+
+# To shadow rays, measured; with all others of the name BSDF.
+_OPAQUE = {"EMISSION", "HOLDOUT", "SUBSURFACE_SCATTERING", "BACKGROUND", "EEVEE_SPECULAR"}

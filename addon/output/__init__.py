@@ -1,0 +1,1 @@
+"""Where baked maps go in Blender: images, attributes, materials."""

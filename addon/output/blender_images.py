@@ -1,0 +1,163 @@
+"""Baked maps as Blender images."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...core.bake import Baked, Settings
+from ...core.finish.image_file import dithered, write_image
+from ...core.finish.map_finisher import BakedMap
+from ...core.finish.map_images import pictures
+from ...core.finish.report import image_metadata
+from ...core.scene.scene import Floats
+
+MARK = "occlusion_bake"  # on an image of ours: "object/map"
+_DEPTHS_WITH_ALPHA = (32, 128)  # bits a pixel, of bytes and floats
+
+
+def store(baked: Baked) -> dict[str, bpy.types.Image]:
+    """Put every map into an image named after the object, the one of an earlier bake where there is one.
+
+    Float, Non-Color, packed into the file so that it is saved with it. Returns the images by map.
+    """
+    return {
+        name: _store(baked.name, name, values)
+        for map_name, each in baked.maps.items()
+        for name, values in pictures(map_name, each)
+    }
+
+
+def _store(owner: str, name: str, values: Floats) -> bpy.types.Image:
+    height, width = values.shape[:2]
+    image = _image(owner, name, width, height, alpha=values.shape[2:] == (4,))
+    image.pixels.foreach_set(_rgba(values).ravel())
+    image.update()
+    image.pack()
+    return image
+
+
+def store_tiles(bakes: Sequence[Baked], settings: Settings) -> dict[str, bpy.types.Image]:
+    """Put every map of a UDIM layout into a tiled image, as `store` does. Blender writes the pixels of the first tile
+    alone, so all go through files."""
+    owner, images = bakes[0].name, {}
+    with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
+        for name in bakes[0].maps:
+            told = [image_metadata(baked, name, settings) for baked in bakes]
+            tiles = [dict(pictures(name, baked.maps[name])) for baked in bakes]
+            for part in tiles[0]:
+                paths = [Path(folder, f"{part}.{baked.tile}.exr") for baked in bakes]
+                for baked, parts, metadata, path in zip(bakes, tiles, told, paths, strict=True):
+                    coverage = baked.maps[name].coverage
+                    write_image(path, parts[part], depth=32, coverage=coverage, metadata=metadata)
+                images[part] = _loaded(owner, part, paths[0], bakes[0].tile)
+                images[part].pack()
+    return images
+
+
+def store_file(owner: str, name: str, path: Path, tile: int | None = None) -> bpy.types.Image:
+    """The image of a file that was written, in the place of that of an earlier bake of the same map. tile: the file is
+    that of one of a UDIM layout, and the others lie beside it."""
+    old = _earlier(owner, name)
+    if tile is None and old is not None and old.source == "FILE" and old.packed_file is None:
+        old.filepath = str(path)
+        old.reload()
+        old.colorspace_settings.name = "Non-Color"
+        return old
+    return _loaded(owner, name, path, tile)
+
+
+def _loaded(owner: str, name: str, path: Path, tile: int | None) -> bpy.types.Image:
+    """A new image of a file, or of tiles' files, in the place of an earlier bake's."""
+    image = bpy.data.images.load(str(path))
+    _take_place(image, _earlier(owner, name), f"{owner} {title(name)}")
+    _sign(image, owner, name)
+    if tile is not None:
+        image.source = "TILED"  # Blender looks for the other tiles' files
+    image.colorspace_settings.name = "Non-Color"
+    return image
+
+
+def _sign(image: bpy.types.Image, owner: str, name: str) -> None:
+    """Mark an image as ours; the file keeps it, though nothing uses it yet."""
+    image[MARK] = f"{owner}/{name}"
+    image.use_fake_user = True
+
+
+def store_channel(image: bpy.types.Image, channel: str, baked: BakedMap, dither: bool) -> bpy.types.Image:
+    """Put a map into one channel of an image of its size; a packed one is packed again, a file is left to be saved."""
+    pixels = np.empty((*baked.values.shape, 4), dtype=np.float32)
+    image.pixels.foreach_get(pixels.reshape(-1))
+    values = np.clip(baked.values, 0.0, 1.0)[::-1]
+    if not image.is_float and dither:
+        values = dithered(values * np.float32(255.0), 255) / np.float32(255.0)
+    pixels[..., "RGBA".index(channel)] = values
+    image.pixels.foreach_set(pixels.reshape(-1))
+    image.update()
+    if image.packed_file is not None or image.source == "GENERATED":
+        image.pack()
+    return image
+
+
+def _earlier(owner: str, name: str) -> bpy.types.Image | None:
+    mark = f"{owner}/{name}"
+    return next((each for each in bpy.data.images if each.get(MARK) == mark and each.library is None), None)
+
+
+def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) -> None:
+    """Let all that uses an old image use another."""
+    if old is not None:
+        name = old.name  # the artist may have given it another
+        old.user_remap(image)
+        bpy.data.images.remove(old)
+    image.name = name
+
+
+def _image(owner: str, name: str, width: int, height: int, *, alpha: bool) -> bpy.types.Image:
+    old = image = _earlier(owner, name)
+    # Never write into a file's image, nor into tiles, of which Blender writes the first alone. One made without alpha
+    # holds one until it is saved, and loses it then.
+    file = image is not None and image.packed_file is None and image.source == "FILE"
+    if image is None or file or image.source == "TILED" or (alpha and image.depth not in _DEPTHS_WITH_ALPHA):
+        image = bpy.data.images.new(
+            f"{owner} {title(name)}", width, height, alpha=alpha, float_buffer=True, is_data=True
+        )
+        _sign(image, owner, name)
+        _take_place(image, old, image.name)
+    elif tuple(image.size) != (width, height):
+        image.scale(width, height)
+    if image.alpha_mode != (mode := "CHANNEL_PACKED" if alpha else "NONE"):
+        image.alpha_mode = mode
+    if image.colorspace_settings.name != "Non-Color":  # setting it makes Blender read the packed file again
+        image.colorspace_settings.name = "Non-Color"
+    return image
+
+
+def title(name: str) -> str:
+    """A map's name for people: "ao" → "AO", "ro_10" → "RO 10", "bent" → "Bent"."""
+    kind, _, rest = name.partition("_")
+    kind = kind.upper() if len(kind) == 2 else kind.capitalize()
+    return f"{kind} {rest.replace('_', ' ')}".strip()
+
+
+def _rgba(values: Floats) -> Floats:
+    """(H, W), (H, W, 3) or (H, W, 4) as Blender keeps pixels: four channels, the bottom row first."""
+    pixels = np.ones((*values.shape[:2], 4), dtype=np.float32)
+    channels = values[..., np.newaxis] if values.ndim == 2 else values
+    pixels[..., : max(channels.shape[2], 3)] = channels[::-1]
+    return pixels
+
+
+def show_picture(name: str, path: str) -> bpy.types.Image:
+    """Load a picture under this name, in the place of an earlier one, and pack it: its file may go."""
+    image = bpy.data.images.load(path)
+    image[MARK] = "picture"
+    image.pack()
+    image.filepath_raw = ""
+    old = bpy.data.images.get(name)
+    _take_place(image, old if old is not None and old.get(MARK) == "picture" else None, name)
+    return image

@@ -1,0 +1,246 @@
+"""Baked images in an object's materials, on request, and out of them again.
+
+For a preview AO multiplies the base colour and RO the specular level of the Principled BSDF; for glTF, AO goes to the
+exporter's occlusion slot. What was linked there before goes through our nodes, and is linked as it was once they go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import bpy
+
+from .blender_images import MARK
+from .ro_nodes import CODES, NORMAL, add_rebuild, set_rebuild
+
+_LABEL = "Occlusion Bake"
+_SLOT, _MADE = "slot", "made"  # a material of ours: in a slot that was empty, or in one of its own
+_GLTF_GROUP, _GLTF_SOCKET = "glTF Material Output", "Occlusion"  # as Blender's exporter looks for them
+_SPECULAR = "Specular IOR Level"
+_SHARE = "RO over Horizon"
+
+
+def hook_up(
+    obj: bpy.types.Object,
+    images: Mapping[str, bpy.types.Image],
+    uv: str | None,
+    *,
+    preview: bool = True,
+    gltf: bool = False,
+    channel: str = "",
+    turned: bool = False,
+) -> None:
+    """Put baked images into each of the object's materials; again only exchanges the images.
+
+    images: by map; of several RO maps the first, and before these a directional code of degree 3, which is right in
+    every view. uv: the UV map that they were baked onto, None for the active one. channel: of RGBA, the one that holds
+    the map; empty where the image is grey. turned: they were baked about the normals that the materials shade with, not
+    about the mesh's. An object without materials gets one.
+    """
+    ao = images.get("ao")
+    ro = next((image for name, image in images.items() if name.startswith("ro_")), None)
+    codes = [image for name in CODES if (image := images.get(name)) is not None]
+    codes = codes if len(codes) == len(CODES) else []  # of files there is one for all, which no node reads
+    if not (preview or gltf) or (ao is None and ro is None and not codes):
+        return
+    if not any(slot.material for slot in obj.material_slots):
+        _add_material(obj)
+    for tree in _trees(obj):
+        surface = next((node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"), None)
+        if preview and ao is not None and surface is not None:
+            _multiply_colour(tree, surface, _value(tree, "ao", ao, uv, surface, channel))
+        if preview and codes and surface is not None and obj.data.uv_layers:
+            place = uv or obj.data.uv_layers.active.name  # tangents are of a map by name
+            rebuilt = _rebuilt(tree, codes, place)
+            _turn(tree, rebuilt, surface.inputs["Normal"] if turned else None)
+            _multiply_specular(tree, surface, rebuilt.outputs[_SHARE])
+        elif preview and ro is not None and surface is not None:
+            _multiply_specular(tree, surface, _value(tree, "ro", ro, uv, surface, channel))
+        if gltf and ao is not None:
+            _fill_gltf(tree, _value(tree, "ao", ao, uv, surface, channel))
+
+
+def unhook(obj: bpy.types.Object) -> bool:
+    """Take everything of ours out of the object's materials. Returns whether there was anything."""
+    found = False
+    for tree in _trees(obj):
+        ours = [node for node in tree.nodes if MARK in node]
+        for node in ours:
+            if node[MARK].endswith("multiply"):
+                _restore(tree, node)
+        for node in ours:
+            tree.nodes.remove(node)
+        found = found or bool(ours)
+    group = bpy.data.node_groups.get(_GLTF_GROUP)
+    if group is not None and MARK in group and not group.users:
+        bpy.data.node_groups.remove(group)
+    return _remove_material(obj) or found
+
+
+def is_hooked_up(obj: bpy.types.Object) -> bool:
+    """Whether any of the object's materials holds nodes of ours."""
+    return any(MARK in node for tree in _trees(obj) for node in tree.nodes)
+
+
+def _trees(obj: bpy.types.Object) -> Iterator[Any]:
+    for material in {slot.material for slot in obj.material_slots if slot.material is not None}:
+        if material.library is None and material.node_tree is not None:
+            yield material.node_tree
+
+
+def _add_material(obj: bpy.types.Object) -> None:
+    material = bpy.data.materials.new(obj.name)
+    if not material.node_tree:
+        material.use_nodes = True
+    material[MARK] = _SLOT if obj.material_slots else _MADE
+    if obj.material_slots:
+        obj.material_slots[0].material = material
+    else:
+        obj.data.materials.append(material)
+
+
+def _remove_material(obj: bpy.types.Object) -> bool:
+    """Remove a material that `hook_up` had to make, unless others use it by now."""
+    for slot in obj.material_slots:
+        material = slot.material
+        if material is None or MARK not in material or material.users > 1:
+            continue
+        if material[MARK] == _MADE and len(obj.material_slots) == 1:
+            obj.data.materials.clear()
+        else:
+            slot.material = None
+        bpy.data.materials.remove(material)
+        return True
+    return False
+
+
+def _value(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside: Any, channel: str) -> Any:
+    """The socket that gives a map: the image's colour, or one of its channels."""
+    texture, parts = _texture(tree, kind, image, uv, beside), _ours(tree, f"{kind} channel")
+    if channel in ("", "A"):
+        if parts is not None:
+            tree.nodes.remove(parts)
+        return texture.outputs["Alpha" if channel else "Color"]
+    if parts is None:
+        place = (-500.0, 0.0 if kind == "ao" else -300.0)
+        parts = _node(tree, "ShaderNodeSeparateColor", beside, place, f"{kind} channel")
+    tree.links.new(texture.outputs["Color"], parts.inputs["Color"])
+    return parts.outputs["RGB".index(channel)]
+
+
+def _texture(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside: Any) -> Any:
+    """Our texture node of a kind, with this image and UV map; new where there is none."""
+    place = (-700.0, 0.0 if kind == "ao" else -300.0)
+    texture = _ours(tree, f"{kind} image") or _node(tree, "ShaderNodeTexImage", beside, place, f"{kind} image")
+    texture.image = image
+    if uv is None:
+        return texture
+    node = _ours(tree, f"{kind} uv") or _node(
+        tree, "ShaderNodeUVMap", beside, (place[0] - 250.0, place[1]), f"{kind} uv"
+    )
+    node.uv_map = uv
+    tree.links.new(node.outputs["UV"], texture.inputs["Vector"])
+    return texture
+
+
+def _multiply_colour(tree: Any, surface: Any, occlusion: Any) -> None:
+    """occlusion: the socket that gives it."""
+    mix = _ours(tree, "ao multiply")
+    if mix is None:
+        mix = _node(tree, "ShaderNodeMix", surface, (-300.0, 0.0), "ao multiply")
+        mix.data_type, mix.blend_type = "RGBA", "MULTIPLY"
+        mix.inputs["Factor"].default_value = 1.0
+        out = next(socket for socket in mix.outputs if socket.type == "RGBA")
+        _pass_through(tree, surface.inputs["Base Color"], _colours(mix)[0], out)
+    tree.links.new(occlusion, _colours(mix)[1])
+
+
+def _colours(mix: Any) -> list[Any]:
+    """The two inputs of a Mix node of colours."""
+    return [socket for socket in mix.inputs if socket.type == "RGBA"]
+
+
+def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
+    """The node that rebuilds RO from a code, new where there is none."""
+    there = _ours(tree, "code")
+    if there is not None:
+        set_rebuild(there, images, uv)
+        return there
+    before = set(tree.nodes)
+    node = add_rebuild(tree, images, uv)
+    for each in set(tree.nodes) - before:
+        each.label, each[MARK] = _LABEL, "code" if each == node else "code image"
+    return node
+
+
+def _turn(tree: Any, rebuilt: Any, normal: Any) -> None:
+    """Let what feeds a shader's normal, if anything does, be what a code is read about; None: the mesh's own normals
+    are."""
+    for link in rebuilt.inputs[NORMAL].links:
+        tree.links.remove(link)
+    if normal is not None and normal.is_linked:
+        tree.links.new(normal.links[0].from_socket, rebuilt.inputs[NORMAL])
+
+
+def _multiply_specular(tree: Any, surface: Any, occlusion: Any) -> None:
+    """occlusion: the socket that gives it."""
+    product = _ours(tree, "ro multiply")
+    if product is None and _SPECULAR in surface.inputs:
+        product = _node(tree, "ShaderNodeMath", surface, (-300.0, -300.0), "ro multiply")
+        product.operation = "MULTIPLY"
+        _pass_through(tree, surface.inputs[_SPECULAR], product.inputs[0], product.outputs[0])
+    if product is not None:
+        tree.links.new(occlusion, product.inputs[1])
+
+
+def _pass_through(tree: Any, goal: Any, first: Any, out: Any) -> None:
+    """Let what the goal has, a link or a value, go into `first`, and link `out` to the goal."""
+    first.default_value = goal.default_value
+    if goal.is_linked:
+        tree.links.new(goal.links[0].from_socket, first)
+    tree.links.new(out, goal)
+
+
+def _restore(tree: Any, node: Any) -> None:
+    """Link what goes through a multiplying node of ours to where it went before."""
+    linked = [socket for socket in node.inputs if socket.is_linked and MARK not in socket.links[0].from_node]
+    for link in [link for socket in node.outputs for link in socket.links]:
+        if linked:
+            tree.links.new(linked[0].links[0].from_socket, link.to_socket)
+
+
+def _fill_gltf(tree: Any, occlusion: Any) -> None:
+    """Link a socket to the exporter's occlusion slot, whose node is made where there is none."""
+    node = next((node for node in tree.nodes if _is_gltf(node)), None)
+    if node is None:
+        node = _node(tree, "ShaderNodeGroup", None, (0.0, 250.0), "gltf")
+        node.node_tree = _gltf_group()
+    tree.links.new(occlusion, node.inputs[_GLTF_SOCKET])
+
+
+def _is_gltf(node: Any) -> bool:
+    group = node.node_tree if node.type == "GROUP" else None
+    return group is not None and group.name.startswith(_GLTF_GROUP) and _GLTF_SOCKET in node.inputs
+
+
+def _gltf_group() -> Any:
+    group: Any = bpy.data.node_groups.get(_GLTF_GROUP)
+    if group is None:
+        group = bpy.data.node_groups.new(_GLTF_GROUP, "ShaderNodeTree")
+        group[MARK] = "gltf"
+        group.interface.new_socket(_GLTF_SOCKET, socket_type="NodeSocketFloat")
+    return group
+
+
+def _ours(tree: Any, purpose: str) -> Any:
+    return next((node for node in tree.nodes if node.get(MARK) == purpose), None)
+
+
+def _node(tree: Any, kind: str, beside: Any, shift: tuple[float, float], purpose: str) -> Any:
+    node = tree.nodes.new(kind)
+    node.label = _LABEL
+    node[MARK] = purpose
+    x, y = beside.location if beside is not None else (0.0, 0.0)
+    node.location = (x + shift[0], y + shift[1])
+    return node

@@ -1,0 +1,1 @@
+"""From Blender's scene to plain arrays."""

@@ -1,0 +1,350 @@
+"""What the buttons do: bake, unwrap, compare with Cycles, cancel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import bpy
+
+from ...core.bake import Baked
+from ...core.base.errors import Cancelled, InputError, NoUnwrapper
+from ...core.finish.report import (
+    error_in_words,
+    first_of,
+    million_rays_per_second,
+    object_entry,
+    rays_per_texel,
+    times_as_long,
+)
+from ...core.progress import Progress
+from ...core.scene.scene import Instance
+from ..charts.chart_job import CHARTS, SMART, own_active
+from ..charts.rollback import charts_on_trial
+from ..compare.steps import compare_here, compare_in_child
+from ..job.bake_job import Deliver, Options, Outcome, Result, bake_steps, prepared_charts
+from ..job.runner import Steps
+from ..output.blender_images import show_picture
+from ..output.color_attributes import store_colours
+from ..output.destination import CHANNEL
+from ..output.material_links import hook_up, is_hooked_up, unhook
+from . import viewport_overlay
+from .image_editor import show_in_editor
+from .modal_operator import LongOperator, running
+from .properties import add_lines, redraw, show_lines
+from .request import Order, chosen_objects, is_ours, keep_order, order_again, order_of
+from .select_overlap import select_overlap
+from .translate import say
+
+_NAMED = 6  # occluders in the line that says who they were
+
+
+class _BakeOperator(LongOperator):
+    """Mixed into an operator that bakes what its `order` says."""
+
+    _previewed: Any = None  # the values that the 3D view shows
+
+    def order(self, context: bpy.types.Context) -> Order:
+        """What to bake, and where to. Raises InputError."""
+        raise NotImplementedError
+
+    def preview(self: Any, context: bpy.types.Context, progress: Progress) -> bool:
+        """On the object in the 3D view."""
+        preview = progress.preview
+        if preview is None or not context.window_manager.occlusion_bake.show:
+            return False
+        obj, values = context.view_layer.objects.get(preview.target.name), preview.values()
+        if obj is None or values is None or values is self._previewed:
+            return False
+        self._previewed = values
+        viewport_overlay.show_making(obj.session_uid, preview.target, values)
+        redraw(context, "VIEW_3D", every_region=True)
+        return True
+
+    def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
+        order, outcome = self.order(context), Outcome()
+        options = _second_press(context, order.options)
+        order.output.check([options.atlas] if options.atlas else options.objects, options.settings)
+        show_lines(context, [])
+        self.states = outcome.states
+        deliver = self._deliverer(context, order, outcome)
+        with charts_on_trial(context.view_layer, options.objects, outcome.finished):
+            try:
+                yield from bake_steps(context, options, progress, outcome, deliver)
+            except Cancelled:
+                if not outcome.finished:
+                    raise
+            finally:
+                _ask_for_second_press(context, outcome)
+                viewport_overlay.end_making()
+                redraw(context, "VIEW_3D", every_region=True)
+        self._conclude(context, options, outcome)
+
+    def _deliverer(self: Any, context: bpy.types.Context, order: Order, outcome: Outcome) -> Deliver:
+        """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
+        options, objects = order.options, context.view_layer.objects
+        chosen = {name: objects[name].session_uid for name in options.objects}
+
+        def deliver(result: Result) -> None:
+            found = _still_there(result, chosen, outcome)
+            put(result, found, order, outcome.charting.layer)
+            for obj, target in found:
+                viewport_overlay.show(obj, target, result.bakes)
+            for baked in result.bakes:
+                add_lines(context, result_lines(baked))
+                context.window_manager.occlusion_bake.overlapping |= baked.overlapped > 0
+            warnings = list(dict.fromkeys(line for baked in result.bakes for line in baked.warnings))
+            add_lines(context, warnings)
+            for line in warnings:
+                self.report({"WARNING"}, line)
+
+        return deliver
+
+    def _conclude(self: Any, context: bpy.types.Context, options: Options, outcome: Outcome) -> None:
+        add_lines(context, [_occluders_line(outcome.occluders), *outcome.notes, *outcome.refused])
+        for line in outcome.notes:
+            self.report({"INFO"}, line)
+        for line in outcome.refused:
+            self.report({"WARNING"}, line)
+        baked, wanted = len(outcome.finished), len(options.objects)
+        what = say("Baked {}", _counted(baked)) if baked == wanted else say("Baked {} of {}", baked, _counted(wanted))
+        seconds = outcome.seconds.get("total")
+        took = say("{} in {:.2f} s", what, seconds) if seconds is not None else say("{}, then was cancelled", what)
+        self.report({"INFO"}, took)
+
+
+class OCCLUSION_BAKE_OT_bake(_BakeOperator, bpy.types.Operator):
+    """Bake the selected meshes into images named after them. UV charts are made where there is no UV map"""
+
+    bl_idname = "occlusion_bake.bake"
+    bl_label = "Bake Occlusion"
+    bl_options = {"UNDO"}
+
+    def order(self, context: bpy.types.Context) -> Order:
+        return order_of(context)
+
+
+class OCCLUSION_BAKE_OT_again(_BakeOperator, bpy.types.Operator):
+    """Bake the object of the shown image once more, by the settings that the image was baked with"""
+
+    bl_idname = "occlusion_bake.again"
+    bl_label = "Bake Again"
+    bl_options = {"UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if not cls.is_idle():
+            return False
+        if not is_ours(getattr(context, "edit_image", None)):
+            cls.poll_message_set("Show an image that Occlusion Bake has made")  # type: ignore[attr-defined]
+            return False
+        return True
+
+    def order(self, context: bpy.types.Context) -> Order:
+        return order_again(context.view_layer, context.edit_image)
+
+
+class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
+    """Make UV charts in a map of their own for the selected meshes; their other UV maps stay as they are"""
+
+    bl_idname = "occlusion_bake.unwrap"
+    bl_label = "Make UV Charts"
+    bl_options = {"UNDO"}
+
+    def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
+        options, outcome, kept = _second_press(context, order_of(context).options), Outcome(), []
+        uv = options.uv if options.uv == SMART else CHARTS
+        show_lines(context, [])
+        with charts_on_trial(context.view_layer, options.objects, kept):
+            try:
+                kept += yield from prepared_charts(context, replace(options, uv=uv), progress, outcome)
+            finally:
+                _ask_for_second_press(context, outcome)
+        lines = outcome.notes or ["The charts made before still fit"]
+        add_lines(context, [*lines, *outcome.refused])
+        for line in outcome.refused:
+            self.report({"WARNING"}, line)
+        self.report({"INFO"}, lines[-1])
+
+
+class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
+    """Bake the active mesh's AO here and with Cycles, settings matched, and show both times and the difference"""
+
+    bl_idname = "occlusion_bake.compare"
+    bl_label = "Compare with Cycles"
+    bl_options = {"UNDO"}
+
+    def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
+        options = order_of(context).options
+        active = context.view_layer.objects.active
+        name = active.name if active is not None and active.name in options.objects else options.objects[0]
+        show_lines(context, [])
+        # A child Blender bakes beside the window; Blender as a module has no program to start.
+        compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
+        samples = context.scene.occlusion_bake.cycles_samples
+        one = replace(options, objects=(name,))
+        with charts_on_trial(context.view_layer, one.objects, []):
+            yield from compared(context, one, samples, progress, self._finish)
+
+    def _finish(self: Any, context: bpy.types.Context, entry: dict[str, Any]) -> None:
+        cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, "ao")
+        show_in_editor(context, show_picture(f"{entry['name']} Comparison", cycles["picture"]))
+        lines = [
+            say("Occlusion Bake {:.2f} s, {:.1f} rays a texel, error {}", ours, rays_per_texel(entry), error),
+            say("Cycles {:.2f} s, {} samples", cycles["seconds"], cycles["samples"]),
+            say("A sample takes {:.1f} times as long as a ray", times_as_long(entry)),
+            say("RMSE {:.5f}, bias {:+.5f}, p99 {:.5f}", cycles["rmse"], cycles["bias"], cycles["p99"]),
+            say("Picture: {}", f"{entry['name']} Comparison"),
+            *cycles["reasons"],
+        ]
+        add_lines(context, lines)
+        self.report({"INFO"}, "; ".join(lines[:4]))
+
+
+class OCCLUSION_BAKE_OT_select_overlap(bpy.types.Operator):
+    """Select the active mesh's faces that share their place in the UV map with others, in Edit Mode"""
+
+    bl_idname = "occlusion_bake.select_overlap"
+    bl_label = "Select Overlapping UVs"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        obj = context.view_layer.objects.active
+        if obj is not None and obj.type == "MESH" and obj.data.uv_layers and obj.data.library is None:
+            return True
+        cls.poll_message_set("The active object is no mesh of this file with a UV map")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        count = select_overlap(context)
+        self.report(
+            {"INFO"}, say("{} faces overlap in the UV map", count) if count else say("No faces overlap in the UV map")
+        )
+        return {"FINISHED"}
+
+
+class OCCLUSION_BAKE_OT_unhook(bpy.types.Operator):
+    """Take the baked images out of the selected objects' materials; what they multiplied is linked as before"""
+
+    bl_idname = "occlusion_bake.unhook"
+    bl_label = "Remove from Materials"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        if any(is_hooked_up(obj) for obj in chosen_objects(context)):
+            return True
+        cls.poll_message_set("No baked image is in the materials of the selected objects")
+        return False
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        done = sum(unhook(obj) for obj in chosen_objects(context))
+        self.report({"INFO"}, say("Removed from the materials of {}", _counted(done)))
+        return {"FINISHED"}
+
+
+class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
+    """Stop the bake; images stay as they were"""
+
+    bl_idname = "occlusion_bake.cancel"
+    bl_label = "Cancel Bake"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return running() is not None
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        progress = running()
+        if progress is not None:
+            progress.cancel()
+        return {"FINISHED"}
+
+
+def _second_press(context: bpy.types.Context, options: Options) -> Options:
+    """After one that told of the missing xatlas, Blender unwraps."""
+    shown = context.window_manager.occlusion_bake
+    smart, shown.asked = shown.asked, False
+    return replace(options, smart=smart)
+
+
+def _ask_for_second_press(context: bpy.types.Context, outcome: Outcome) -> None:
+    refused = outcome.charting.refused.values()
+    context.window_manager.occlusion_bake.asked = any(isinstance(each, NoUnwrapper) for each in refused)
+
+
+def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> list[tuple[bpy.types.Object, Instance]]:
+    """The objects that were baked, by their session_uid. Of an atlas those that the artist has removed, or whose
+    charts, are refused; raises InputError where none is left."""
+    found = []
+    for target in result.targets:
+        obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
+        if obj is None:
+            refusal = InputError(f"{target.name}: removed during the bake; its image was left as it was")
+        elif target.name in outcome.charting.made and outcome.charting.where not in obj.data.uv_layers:
+            refusal = InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
+        else:
+            found.append((obj, target))
+            continue
+        if len(result.targets) == 1:
+            raise refusal
+        outcome.refuse(target.name, refusal)
+    if not found:
+        raise InputError(f"{result.name}: its objects were removed during the bake; its image was left as it was")
+    return found
+
+
+def put(result: Result, found: Sequence[tuple[bpy.types.Object, Instance]], order: Order, layer: str | None) -> None:
+    """The maps of a result to where they go. found: the objects, as they are and as they were baked. layer: the UV map
+    that they are for, None for the active one."""
+    options = order.options
+    if options.colours:
+        store_colours(found[0][0], result.target, result.baked)
+        return
+    images = order.output.deliver(result, options.settings, shown=order.preview)
+    channel = order.output.channel if order.output.kind == CHANNEL else ""
+    if not channel:
+        keep_order(order, images)
+    for obj, target in found:
+        hook_up(
+            *(obj, images, layer or own_active(obj.data)),
+            preview=order.preview,
+            gltf=order.gltf,
+            channel=channel,
+            turned=target.normal_map is not None or obj.name in options.highs,
+        )
+
+
+def result_lines(baked: Baked) -> list[str]:
+    """What the panel says of one baked object."""
+    entry, name = object_entry(baked, {}), baked.name if baked.tile is None else f"{baked.name} {baked.tile}"
+    errors = ", ".join(f"{name.replace('_', ' ').upper()} {error_in_words(entry, name)}" for name in baked.maps)
+    return [
+        say(
+            "{}: {:.2f} s, {:.1f} million rays, {:.1f} million a second",
+            *(name, entry["seconds"]["total"], baked.rays / 1e6, million_rays_per_second(entry)),
+        ),
+        say("Error: {}", errors),
+    ]
+
+
+def _occluders_line(names: list[str]) -> str:
+    """Who blocked light, the first of them by name."""
+    return say("Occluders: {}", first_of(names, _NAMED) or say("none"))
+
+
+def _counted(objects: int) -> str:
+    return say("1 object") if objects == 1 else say("{} objects", objects)
+
+
+CLASSES = (
+    OCCLUSION_BAKE_OT_bake,
+    OCCLUSION_BAKE_OT_again,
+    OCCLUSION_BAKE_OT_unwrap,
+    OCCLUSION_BAKE_OT_compare,
+    OCCLUSION_BAKE_OT_select_overlap,
+    OCCLUSION_BAKE_OT_unhook,
+    OCCLUSION_BAKE_OT_cancel,
+)

@@ -1,0 +1,1 @@
+"""What everything else stands on: array types, vectors, errors, files, threads, time. Nothing here imports ours."""

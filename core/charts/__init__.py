@@ -1,0 +1,1 @@
+"""UV charts: made where a mesh has none, mended, packed; and the tiles of UDIM layouts."""

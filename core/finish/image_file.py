@@ -1,0 +1,360 @@
+"""Images in and out through OpenImageIO: raw linear values, whole files.
+
+No value is ever colour-managed: 0.25 in the array is 0.25 to whoever reads the file as data. OpenImageIO is loaded at
+the first use, so that everything else runs without it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import secrets
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.errors import InputError
+
+Metadata = Mapping[str, str | int | float]
+
+
+@dataclass(frozen=True)
+class _Format:
+    """How one kind of file is written: suffixes (the first is ours), array type by depth, OpenImageIO's settings."""
+
+    suffixes: tuple[str, ...]
+    encodings: Mapping[int, type[np.generic]]
+    settings: Mapping[str, str | int]
+    has_alpha: bool = False
+
+
+_FORMATS = {
+    # Baked occlusion is noise over a smooth ground: subtracting the row above (filter 32) and the fastest deflate take
+    # half the time of the defaults and give a file of the same size.
+    "png": _Format((".png",), {8: np.uint8, 16: np.uint16}, {"png:compressionLevel": 1, "png:filter": 32}),
+    "exr": _Format((".exr",), {16: np.float16, 32: np.float32}, {"compression": "zip"}, has_alpha=True),
+    "tiff": _Format((".tif", ".tiff"), {8: np.uint8, 16: np.uint16, 32: np.float32}, {"compression": "zip"}),
+}
+_TYPE_NAMES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
+_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
+_CURES = {
+    errno.ENOENT: "create the folder or choose another",
+    errno.ENOTDIR: "choose a folder, not a file, to write into",
+    errno.EACCES: "choose a folder that you may write to, or close the program that holds the file",
+    errno.EPERM: "choose a folder that you may write to",
+    errno.EROFS: "choose a disk that can be written to",
+    errno.ENOSPC: "free some space or choose another disk",
+    errno.ENAMETOOLONG: "choose a shorter name",
+}
+
+
+def openimageio() -> ModuleType:
+    """The OpenImageIO module. Raises InputError where it is absent or cannot be loaded."""
+    try:
+        import OpenImageIO
+    except Exception as error:  # a broken library fails in ways of its own: ImportError, OSError, AttributeError
+        cause = _one_line(str(error))
+        raise InputError(f"OpenImageIO cannot be loaded ({cause}); install it with: pip install OpenImageIO") from error
+    return OpenImageIO
+
+
+def check_format(name: str, depth: int) -> None:
+    """Refuse, before a bake, a format that could not be written after it.
+
+    name: "png", "exr" or "tiff". depth: bits per channel; 16 is half and 32 is float in EXR, 32 is float in TIFF.
+    Raises InputError for any other pair, and where OpenImageIO cannot be loaded.
+    """
+    _encoding(_format(name), f"format {name}", depth)
+    openimageio()
+
+
+def suffix(name: str) -> str:
+    """The file suffix of a format of `check_format`, with its dot. Raises InputError for an unknown format."""
+    return _format(name).suffixes[0]
+
+
+def check_writable(folder: Path | str) -> None:
+    """Create `folder` where it is missing and prove that a file can be written in it. Raises InputError if not."""
+    folder = Path(folder)
+    probe = _beside(folder / "probe")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        probe.write_bytes(bytes(4096))
+    except OSError as error:
+        raise _refusal(folder, error) from error
+    finally:
+        _remove(probe)
+
+
+def write_image(
+    path: Path | str,
+    values: NDArray[np.float32],
+    *,
+    depth: int,
+    coverage: NDArray[Any] | None = None,
+    metadata: Metadata | None = None,
+    dither: bool = False,
+    channels: Sequence[str] = (),
+) -> None:
+    """Write linear values to a .png, .exr, .tif or .tiff file, which appears whole or not at all.
+
+    values: (h, w), (h, w, 3) or (h, w, 4) float32, row 0 at the top, the fourth an alpha that the others are not
+    multiplied by; integers are rounded to nearest from [0, 1]. channels: names for the values' channels, of which EXR
+    takes any number.
+    depth: see `check_format`. coverage: (h, w) bool or float; EXR keeps it as channel A and the values, not multiplied
+    by it, in R, G and B, since engines refuse grey with alpha; PNG and TIFF leave it out.
+    metadata: what was baked and how; kept as JSON in the image description, from which `read_image` brings it back.
+    dither: integers are rounded up or down by chance, in proportion, so that slow gradients show no bands.
+    Raises InputError for a suffix, depth, shape or value that cannot be written, and for any failure to write; the file
+    that was there before is then untouched.
+    """
+    path = Path(path)
+    kind = _format_of(path)
+    encoding = _encoding(kind, str(path), depth)
+    named = len(channels) > 0
+    if named and not kind.has_alpha:
+        raise InputError(f"{path}: only EXR holds {len(channels)} named channels; end the name in .exr")
+    covered = coverage if kind.has_alpha and not named and values.shape[2:] != (4,) else None
+    pixels = _encoded(_layers(path, values, covered, channels), encoding, dither)
+    _write_whole(path, _spec(pixels, kind, metadata, channels), pixels)
+
+
+def check_channel(path: Path, channel: str, size: tuple[int, int]) -> None:
+    """Refuse, before a bake, an image that `write_channel` could not write into after it. size: (width, height).
+    Raises InputError."""
+    spec, _ = _stored(path, pixels=False)
+    _channel_of(path, spec, channel)
+    if (spec.width, spec.height) != size:
+        raise InputError(
+            f"{path}: it is {spec.width}x{spec.height} and the bake {size[0]}x{size[1]}; give the size of the image"
+        )
+    check_writable(path.parent)
+
+
+def write_channel(path: Path, values: NDArray[np.float32], channel: str, *, dither: bool = False) -> None:
+    """Put (h, w) linear values into one channel, R, G, B or A, of an image that is there, .png, .exr, .tif or .tiff.
+
+    The other channels keep their bits, and the image its depth and what it says of itself; `dither` as in
+    `write_image`. Raises InputError as `check_channel`, and for any failure to write, the file untouched.
+    """
+    check_channel(path, channel, (values.shape[1], values.shape[0]))
+    spec, pixels = _stored(path)
+    encoded = _encoded(_layers(path, values, None), pixels.dtype.type, dither)
+    pixels[..., _channel_of(path, spec, channel)] = encoded[..., 0]
+    _write_whole(path, spec, pixels)
+
+
+def _stored(path: Path, *, pixels: bool = True) -> tuple[Any, NDArray[Any]]:
+    """An image's spec, and its pixels, (h, w, c), as they lie in the file."""
+    _format_of(path)
+    image = _opened(path)
+    spec = openimageio().ImageSpec(image.spec())
+    spec.attribute("oiio:UnassociatedAlpha", 1)
+    values = _pixels(path, image, spec.format) if pixels else np.empty(0)
+    several = image.seek_subimage(1, 0)
+    image.close()
+    if several:
+        raise InputError(f"{path}: it holds several images, of which one alone would be left; save it as one")
+    return spec, values
+
+
+def _channel_of(path: Path, spec: Any, channel: str) -> int:
+    """Which of the image's channels that is."""
+    names = [name.upper() for name in spec.channelnames]
+    if channel not in names:
+        raise InputError(f"{path}: it has no channel {channel}; choose one of {', '.join(spec.channelnames)}")
+    return names.index(channel)
+
+
+def _write_whole(path: Path, spec: Any, pixels: NDArray[Any]) -> None:
+    """The file appears, with these pixels, whole or not at all. Raises InputError."""
+    temporary = _beside(path)
+    try:
+        if path.is_dir():
+            raise InputError(f"{path}: a folder of that name is in the way; move it or choose another name")
+        temporary.touch(exist_ok=False)  # the system names the cause of a refusal, which OpenImageIO would blur
+        _save(temporary, spec, pixels, path)
+        temporary.replace(path)
+    except OSError as error:
+        raise _refusal(path, error) from error
+    finally:
+        _remove(temporary)
+
+
+def read_image(path: Path | str) -> tuple[NDArray[np.float32], dict[str, str | int | float]]:
+    """Read an image as it is stored: ((h, w, c) float32, the metadata that `write_image` was given).
+
+    Integers become [0, 1]; alpha is a channel like the others, and nothing is multiplied by it. The metadata of a file
+    from elsewhere is {}. Raises InputError for a file that is missing or cannot be read.
+    """
+    image = _opened(path)
+    values = _pixels(path, image, "float")
+    metadata = _metadata(image.spec().getattribute("ImageDescription"))
+    image.close()
+    return np.ascontiguousarray(values, dtype=np.float32), metadata
+
+
+def _opened(path: Path | str) -> Any:
+    """OpenImageIO's input, which multiplies nothing by alpha. Raises InputError."""
+    library = openimageio()
+    as_stored = library.ImageSpec()
+    as_stored.attribute("oiio:UnassociatedAlpha", 1)
+    image = library.ImageInput.open(str(path), as_stored)
+    if image is None:
+        raise _unreadable(path, library.geterror())
+    return image
+
+
+def _pixels(path: Path | str, image: Any, kind: Any) -> NDArray[Any]:
+    values: NDArray[Any] | None = image.read_image(kind)
+    if values is None:
+        raise _unreadable(path, image.geterror())
+    return values
+
+
+def _unreadable(path: Path | str, cause: str) -> InputError:
+    return InputError(
+        f"{path}: cannot be read as an image ({_one_line(cause)}); check the name, or write the file anew"
+    )
+
+
+def _format(name: str) -> _Format:
+    if name not in _FORMATS:
+        raise InputError(f"format {name}: unknown; choose png, exr or tiff")
+    return _FORMATS[name]
+
+
+def _format_of(path: Path) -> _Format:
+    for kind in _FORMATS.values():
+        if path.suffix.lower() in kind.suffixes:
+            return kind
+    raise InputError(f"{path}: images are written as .png, .exr, .tif or .tiff; end the name in one of these")
+
+
+def _encoding(kind: _Format, subject: str, depth: int) -> type[np.generic]:
+    if depth not in kind.encodings:
+        allowed = " or ".join(str(known) for known in kind.encodings)
+        raise InputError(f"{subject}: cannot hold {depth} bits per channel; choose depth {allowed}")
+    return kind.encodings[depth]
+
+
+def _layers(
+    path: Path, values: NDArray[np.float32], coverage: NDArray[Any] | None, channels: Sequence[str] = ()
+) -> NDArray[np.float32]:
+    """(h, w, 1), (h, w, 3), as many as there are named channels or, with coverage, (h, w, 4) float32."""
+    values = np.asarray(values, dtype=np.float32)
+    fitting = [(len(channels),)] if channels else [(), (3,), (4,)]
+    if values.ndim not in (2, 3) or values.size == 0 or values.shape[2:] not in fitting:
+        raise InputError(f"{path}: an image of shape {values.shape} cannot be written; give (h, w) or (h, w, 3)")
+    broken = values.size - int(np.count_nonzero(np.isfinite(values)))
+    if broken:
+        raise InputError(f"{path}: {broken} values are not finite numbers; nothing was written, bake again")
+    if values.ndim == 2:
+        values = values[..., None]
+    if coverage is None:
+        return values
+    if coverage.shape != values.shape[:2]:
+        raise InputError(f"{path}: coverage of shape {coverage.shape} does not fit; give {values.shape[:2]}")
+    layers = np.empty((*values.shape[:2], 4), dtype=np.float32)
+    layers[..., :3], layers[..., 3] = values, coverage
+    return layers
+
+
+def _encoded(values: NDArray[np.float32], encoding: type[np.generic], dither: bool) -> NDArray[Any]:
+    if not issubclass(encoding, np.integer):
+        return np.ascontiguousarray(values, dtype=encoding)
+    scaled = np.clip(values, 0.0, 1.0)
+    most = np.iinfo(encoding).max
+    scaled *= np.float32(most)
+    if dither:
+        scaled = dithered(scaled, most)
+    return np.rint(scaled, out=scaled).astype(encoding)
+
+
+def dithered(steps: NDArray[np.float32], most: int) -> NDArray[np.float32]:
+    """Values in steps of an integer, 0 to `most`, moved by up to half a step: rounded, their mean is the value's. Whole
+    steps stay what they are. The same image gets the same noise each time."""
+    noise = np.random.default_rng(0).random(steps.shape, dtype=np.float32)
+    noise -= np.float32(0.5)
+    noise *= np.float32(1.0 - 1e-6)  # a whole step must not reach the middle to the next
+    noise += steps
+    return np.clip(noise, 0.0, np.float32(most), out=noise)
+
+
+def _spec(pixels: NDArray[Any], kind: _Format, metadata: Metadata | None, names: Sequence[str] = ()) -> Any:
+    height, width, channels = pixels.shape
+    spec = openimageio().ImageSpec(width, height, channels, _TYPE_NAMES[pixels.dtype.name])
+    if names:
+        spec.channelnames = tuple(names)
+    if channels == 4 and not names:
+        spec.attribute("oiio:UnassociatedAlpha", 1)
+    # "data" keeps every chunk that invites a conversion (gAMA, sRGB) out of a PNG; "linear" would add a gAMA.
+    spec.attribute("oiio:ColorSpace", "data")
+    for key, value in kind.settings.items():
+        spec.attribute(key, value)
+    if metadata:
+        spec.attribute("ImageDescription", json.dumps(dict(metadata), default=lambda number: number.item()))
+    return spec
+
+
+def _metadata(description: object) -> dict[str, str | int | float]:
+    try:
+        found = json.loads(description) if isinstance(description, str) else {}
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _save(file: Path, spec: Any, pixels: NDArray[Any], path: Path) -> None:
+    """Write `pixels` to `file` and prove it whole; InputErrors speak of `path`."""
+    output = openimageio().ImageOutput.create(str(file))
+    done = output is not None and output.open(str(file), spec) and output.write_image(pixels)
+    cause = output.geterror() if output is not None else openimageio().geterror()
+    # A full disk is told by the result alone (EXR, TIFF), by the message alone (PNG), and by neither where only the
+    # last bytes are missing. After close() the message says nothing: TIFF leaves one each time.
+    closed = output is not None and output.close()
+    if done and not cause and closed and _is_whole(file, pixels.shape):
+        return
+    cause = _one_line(cause.replace(str(file), path.name)) or "its end is missing"
+    raise InputError(f"{path}: could not be written whole ({cause}); check that the disk has room")
+
+
+def _is_whole(file: Path, shape: tuple[int, ...]) -> bool:
+    """Whether the end of the file is there: a PNG's end mark, or the last row where that is quick to reach."""
+    if file.suffix.lower() == ".png":
+        with file.open("rb") as stream:
+            stream.seek(max(0, file.stat().st_size - len(_PNG_END)))
+            return stream.read() == _PNG_END
+    height, _, channels = shape
+    image = openimageio().ImageInput.open(str(file))
+    if image is None:
+        openimageio().geterror()  # left unread, it would be printed at exit
+        return False
+    last_row = image.read_scanlines(height - 1, height, 0, 0, channels)
+    image.close()
+    return last_row is not None
+
+
+def _beside(path: Path) -> Path:
+    """A new, short, hidden name in the same folder, of the same format."""
+    return path.parent / f".{secrets.token_hex(8)}{path.suffix}"
+
+
+def _remove(file: Path) -> None:
+    with contextlib.suppress(OSError):  # it may be gone, or never have been
+        file.unlink()
+
+
+def _refusal(path: Path, error: OSError) -> InputError:
+    cure = _CURES.get(error.errno or 0, "choose another folder")
+    return InputError(f"{path}: {_one_line(error.strerror or str(error))}; {cure}")
+
+
+def _one_line(text: str) -> str:
+    return text.strip().split("\n")[0].strip()

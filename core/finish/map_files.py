@@ -1,0 +1,123 @@
+"""Where baked images go: names, folders, and writing them whole."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..bake import Baked, Settings
+from ..base.errors import InputError
+from .image_file import check_format, check_writable, suffix, write_image
+from .map_images import code_of, write_code
+from .report import image_metadata
+
+_IMAGES = (".png", ".exr", ".tif", ".tiff")
+_LONGEST_STEM = 180  # bytes; file systems take 255 for the whole name
+
+
+@dataclass
+class Folder:
+    """A folder for one run's images. Two objects never get one name. Raises InputError before anything is baked where
+    the folder cannot be written or the format does not have the depth."""
+
+    path: Path
+    format: str = "png"
+    depth: int = 16
+    dither: bool = False
+    _taken: set[str] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        check_format(self.format, self.depth)
+        check_writable(self.path)
+        self.path = self.path.resolve()
+
+    def stem(self, name: str) -> str:
+        """A file name for an object: what file systems refuse becomes _, a name that is taken gets a number."""
+        clean = clean_name(name)
+        stem, number = clean, 1
+        while _same_file(stem) in self._taken:
+            number += 1
+            stem = f"{clean}_{number}"
+        self._taken.add(_same_file(stem))
+        return stem
+
+    def write(self, baked: Baked, settings: Settings, stem: str) -> dict[str, Path]:
+        """Write every map of an object; returns the paths by map. Raises InputError, the old file untouched."""
+        files: dict[str, Path] = {}
+        for name in baked.maps:
+            path = self.path / f"{stem}_{name}{tile_suffix(baked.tile)}{suffix(self.format)}"
+            written = write_map(path, baked, name, settings, depth=self.depth, dither=self.dither)
+            several = len(written) > 1
+            files |= {f"{name}_{number}" if several else name: file for number, file in enumerate(written)}
+        return files
+
+
+def write_map(path: Path, baked: Baked, name: str, settings: Settings, *, depth: int, dither: bool) -> list[Path]:
+    """Write one map of an object, with what it says of itself; of a directional code there may be several files, which
+    are returned. Raises InputError, the old file untouched."""
+    each, metadata, code = baked.maps[name], image_metadata(baked, name, settings), code_of(name, settings)
+    if code is not None:
+        return write_code(path, each, code, tile=tile_suffix(baked.tile), depth=depth, metadata=metadata)
+    write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
+    return [path]
+
+
+def tile_suffix(tile: int | None) -> str:
+    """What the name of a tile's file has before its ending, where Blender and other programs look for it."""
+    return "" if tile is None else f".{tile}"
+
+
+def clean_name(name: str) -> str:
+    """A name without what file systems refuse."""
+    safe = re.sub(r'[\x00-\x1f\x7f<>:"/\\|?*]', "_", name)
+    return safe.encode()[:_LONGEST_STEM].decode(errors="ignore").strip(" .") or "object"
+
+
+def _same_file(stem: str) -> str:
+    """Equal for names that some file system takes for one: it may overlook case and how accents are put together."""
+    return unicodedata.normalize("NFC", stem.casefold())
+
+
+def whole_path(path: Path, scene_file: str | Path) -> Path:
+    """The absolute path; `//` at its beginning is the folder of the scene's file, as everywhere in Blender.
+
+    scene_file: empty where the scene was never saved; then `//` raises InputError.
+    """
+    text = path.as_posix()
+    if not text.startswith("//"):
+        return path.resolve()
+    if not str(scene_file):
+        raise InputError(
+            f"{text}: // is the folder of the .blend file, which is not saved; save it or give a full path"
+        )
+    return Path(scene_file).resolve().parent.joinpath(text.lstrip("/")).resolve()
+
+
+def check_file(path: Path) -> None:
+    """Refuse, before a bake, a file that could not be written after it. Raises InputError."""
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder; give the name of a file")
+    check_writable(path.parent)
+
+
+def check_image(path: Path) -> None:
+    """`check_file` for an image, whose name tells its format."""
+    if path.suffix.lower() not in _IMAGES:
+        raise InputError(f"{path}: images are written as {', '.join(_IMAGES)}; end the name in one of these")
+    check_file(path)
+
+
+def write_coverage(path: Path, baked: Baked, stem: str, *, several: bool) -> Path:
+    """Write the share of each texel that any map covers; with several objects the name gets the object's.
+
+    path: absolute. Returns where it is. Raises InputError, the old file untouched.
+    """
+    name = f"{path.stem}_{stem}" if several else path.stem
+    target = path.with_name(f"{name}{tile_suffix(baked.tile)}{path.suffix}")
+    coverage = np.maximum.reduce([each.coverage for each in baked.maps.values()])
+    write_image(target, coverage, depth=16, metadata={"object": baked.name, "map": "coverage"})
+    return target

@@ -1,0 +1,172 @@
+"""What a bake reports: one JSON object, and the metadata of its images."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import secrets
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..bake import Baked, Settings
+from ..base.errors import InputError
+from ..base.version import version
+from ..rays.embree import Device
+from ..rays.map_spec import Axis
+from .compare import Comparison
+from .map_finisher import BENT_NAME, RATIO
+
+STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "probe", "finish", "code", "write")
+Json = dict[str, Any]
+
+
+def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
+    """One baked object. Times in seconds; `total` is from the button to the texture."""
+    seconds = {stage: baked.seconds.get(stage, 0.0) for stage in STAGES}
+    return {
+        "name": baked.name,
+        "size": [baked.width, baked.height],
+        "texels": baked.texels,
+        "rays": baked.rays,
+        "seconds": {**seconds, "total": sum(seconds.values())},
+        "error": {name: each.error for name, each in baked.maps.items()},
+        "p99": {name: each.p99 for name, each in baked.maps.items()},
+        "mean": {name: each.mean for name, each in baked.maps.items()},
+        "inside": baked.inside,
+        "turned": baked.turned,
+        "overlapped": baked.overlapped,
+        **({} if baked.tile is None else {"tile": baked.tile}),
+        "files": {name: str(path) for name, path in files.items()},
+        "warnings": list(baked.warnings),
+    }
+
+
+def error_in_words(entry: Json, name: str) -> str:
+    """The error of one of the entry's maps."""
+    return f"±{entry['error'][name]:.4f} (99 % within {entry['p99'][name]:.4f})"
+
+
+def rays_per_texel(entry: Json) -> float:
+    """Rays a texel of an entry: those of all its maps, but for those that measured their error."""
+    return float(entry["rays"] / max(entry["texels"], 1))
+
+
+def million_rays_per_second(entry: Json) -> float:
+    """Of an entry's tracing."""
+    seconds = entry["seconds"]["trace"] + entry["seconds"]["code"]
+    return float(entry["rays"] / max(seconds, 1e-9) / 1e6)
+
+
+def first_of(names: Sequence[str], most: int) -> str:
+    """ "A, B and 3 more": so many of the names in a line, and how many are left."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return f"{', '.join(names[:most])}{more}"
+
+
+def comparison_entry(comparison: Comparison, samples: int, seconds: float, other_owner: int, picture: Path) -> Json:
+    """How an object's AO compares with Cycles'. other_owner: texels that Cycles gives to another triangle."""
+    return {
+        "samples": samples,
+        "seconds": seconds,
+        "texels": comparison.texels,
+        "rmse": comparison.rmse,
+        "bias": comparison.bias,
+        "p99": comparison.p99,
+        "texels_of_another_triangle": other_owner,
+        "picture": str(picture),
+    }
+
+
+def times_as_long(entry: Json) -> float:
+    """How much longer a sample takes Cycles than a ray takes here, all stages of both counted: the two seldom take as
+    many."""
+    cycles = entry["cycles"]
+    return float(cycles["seconds"] / cycles["samples"] / (entry["seconds"]["total"] / rays_per_texel(entry)))
+
+
+def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float], objects: Iterable[Json]) -> Json:
+    """The report of one run. seconds: what several objects share, and `total`. rays_per_texel and error_wanted: what
+    was asked for; the other one is None."""
+    return {
+        "version": version(),
+        "embree": device.description,
+        "threads": settings.threads or os.cpu_count() or 1,
+        "rays_per_texel": settings.rays if settings.error is None else None,
+        "error_wanted": settings.error,
+        "filtered": settings.goal.filtered,
+        **_reach(settings),
+        "distance": settings.distance,
+        "ro_horizon": "divide" if settings.divide_horizon else "keep",
+        "seed": settings.seed,
+        "seconds": dict(seconds),
+        "objects": list(objects),
+    }
+
+
+def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str | int | float]:
+    """What an image says of itself: what was baked, how, and how well. rays_per_texel: the mean of what was traced."""
+    made = baked.maps[name]
+    return {
+        "software": f"Occlusion Bake {version()}",
+        "object": baked.name,
+        **_what_it_is(name, settings),
+        "rays_per_texel": round(made.rays / max(int(np.count_nonzero(made.covered)), 1), 1),
+        "error_wanted": "none" if settings.error is None else settings.error,
+        "filtered": "yes" if settings.goal.filtered else "no",
+        **_reach(settings),
+        "seed": settings.seed,
+        "estimated_rmse": made.error,
+        "estimated_p99": made.p99,
+    }
+
+
+def _what_it_is(name: str, settings: Settings) -> dict[str, str | int | float]:
+    """A map by its name."""
+    estimator = next((each for each in settings.estimators if name in settings.names_of(each)), None)
+    if estimator is None and name == BENT_NAME and settings.bent is not None:
+        bent = settings.bent
+        return {"map": "bent normal", "space": bent.space.value, "green": "down" if bent.y_down else "up"}
+    if estimator is None:
+        assert settings.coding is not None and settings.coding.code.name == name
+        return {"map": "directional code", "code": name, "code_rays": settings.coding.rays}
+    kind = "ambient occlusion" if name == "ao" else "reflection occlusion"
+    if estimator.is_light:
+        kind = "share of the environment's light" if name.endswith(RATIO) else "environment's light"
+    return {
+        "map": kind,
+        "exponent": estimator.exponent,
+        "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
+        "horizon": "divided" if settings.divides(estimator) else "kept",
+        "sampler": estimator.sampler.name.lower(),
+    }
+
+
+def _reach(settings: Settings) -> dict[str, str | int | float]:
+    """What counts as an occluder, and about which normals."""
+    return {
+        "distance": "none" if settings.distance is None else settings.distance,
+        "minimum_distance": settings.nearest,
+        "falloff": settings.falloff.name.lower(),
+        "spread": settings.spread,
+        "faces": "front" if settings.front_only else "both",
+        "normal_maps": "yes" if settings.normal_maps else "no",
+    }
+
+
+def write_report(path: Path, report: Json) -> None:
+    """Write the report whole: beside its place first, then renamed. Raises InputError naming the path."""
+    text = json.dumps(report, indent=2, allow_nan=False) + "\n"
+    temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        temporary.replace(path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise InputError(f"{path}: the report cannot be written ({reason}); choose another place") from error
+    finally:
+        with contextlib.suppress(OSError):  # renamed, or never made
+            temporary.unlink()

@@ -1,0 +1,1 @@
+"""From rays to values whose error is known."""

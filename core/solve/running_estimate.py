@@ -1,0 +1,76 @@
+"""What is known of one map while its rays are traced, round by round: values, their precision, a crude noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.scene import Floats
+
+# The variance of a texel's N rays falls as N^-1.5: they are a scrambled net, and the integrand has edges.
+_RATE = 1.5
+
+# Half the difference between a texel's first and second half of rays would be the error of their mean, were the halves
+# independent. They are not: each completes the other's points, and the mean is better than that. Measured on the mesh
+# of the sample `suzanne`, AO and RO of exponents 0, 10 and 100, against 8192 rays: the true error is 0.73 to 0.80 of it
+# at 4 to 256 rays (0.81 to 0.86 at 1024), and 0.65 to 0.70 at 2 and 3.
+_FEW, _FEW_RAYS, _MANY = 0.68, 4, 0.76
+
+# Halves of few rays agree by chance; where values lie between 0 and 1 there is noise even so. N independent rays of
+# mean p vary by p (1 - p) / N, and those of a net by 1.3 / √N of that, as measured for visibility under a sphere and
+# beside a wall. The mean of both estimates is steadier than either.
+_NET = 1.3
+
+# With a single ray neither tells, and the most that one ray of weight 1 can vary stands in.
+_ONE_RAY = 0.25
+
+
+@dataclass(eq=False)
+class Estimate:
+    """One map so far. Where a texel's rays go on depends on what they found so far, which biases its value by a little;
+    the probes measure that with all else. All images are (H, W) float32, 0 where there are no rays.
+
+    value: the mean of all rounds, each weighted by its precision. precision: 1 for a round of `unit` rays. noise: for
+    each texel an unbiased but crude estimate of the variance of a value of precision 1.
+    """
+
+    value: Floats
+    precision: Floats
+    noise: Floats
+    unit: int
+
+    @classmethod
+    def empty(cls, shape: tuple[int, ...], unit: int) -> Estimate:
+        """Before the first round. unit: the rays of a texel in it."""
+        value, precision, noise = (np.zeros(shape, dtype=np.float32) for _ in range(3))
+        return cls(value, precision, noise, unit)
+
+    def add(self, total: Floats, first_half: Floats, rays: int, where: NDArray[np.bool_]) -> None:
+        """Take in a round: sums over each texel's rays and over the first half of them, for the texels `where`."""
+        more = np.float32((rays / self.unit) ** _RATE)
+        value, noise = total * np.float32(1.0 / rays), _noise(total, first_half, rays) * more
+        if not self.precision.any():
+            np.copyto(self.value, value, where=where)
+            np.copyto(self.noise, noise, where=where)
+            np.copyto(self.precision, more, where=where)
+            return
+        before = self.precision[where]
+        share = more / (before + more)
+        self.value[where] += share * (value[where] - self.value[where])
+        self.noise[where] += share * (noise[where] - self.noise[where])
+        self.precision[where] = before + more
+
+
+def _noise(total: Floats, first_half: Floats, rays: int) -> Floats:
+    if rays == 1:
+        return np.full_like(total, _ONE_RAY)
+    half = rays // 2
+    calibrated = 0.5 * (_FEW if rays < _FEW_RAYS else _MANY)
+    difference = first_half * np.float32(calibrated / half + calibrated / (rays - half))
+    difference -= total * np.float32(calibrated / (rays - half))
+    mean = total * np.float32(1.0 / rays)
+    spread = np.maximum(mean * (1.0 - mean), np.float32(0.0)) * np.float32(_NET * rays**-1.5)
+    noise: Floats = np.float32(0.5) * (np.square(difference, out=difference) + spread)
+    return noise

@@ -1,0 +1,1 @@
+"""Functions of direction: lobes, harmonics, masks, environments, and the maps and tables that hold them."""

@@ -1,0 +1,149 @@
+"""UV triangles to texels: which triangle owns each, how much of it is covered, where it lies on the surface."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from ctypes import byref
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.errors import InputError
+from ..rays import kernel_api as api
+from ..rays.tracer import describe_surface
+from ..scene.scene import Floats, Ints, Placed
+
+_MUCH_UNOWNED = 0.25  # of the surface in triangles without a texel: the image is too small for them
+
+
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """The texels of one mesh in one image.
+
+    owner: (H, W) int32, the triangle that covers most of the texel, -1 none. coverage: (H, W) float32, the share of the
+    texel that triangles cover, at most 1. count: those with an owner; overlapped: those that triangles cover more than
+    wholly. warnings: a line each on UVs that cannot be baked as they are.
+    """
+
+    owner: Ints
+    coverage: Floats
+    count: int
+    overlapped: int
+    warnings: list[str]
+
+    @property
+    def covered(self) -> NDArray[np.bool_]:
+        """(H, W) bool: texels that some triangle covers in part; conservative, none is left out."""
+        mask: NDArray[np.bool_] = self.owner >= 0
+        return mask
+
+
+def rasterize(
+    name: str,
+    uv: Floats,
+    width: int,
+    height: int,
+    *,
+    skip: NDArray[np.bool_] | None = None,
+    threads: int = 0,
+    control: api.Control | None = None,
+) -> Texels:
+    """Find the texels of (T, 3, 2) UVs in a width × height image; `skip` (T,) leaves triangles out.
+
+    The largest coverage owns a texel; of equals the later triangle, as in Cycles. Raises InputError where no texel is
+    covered, Cancelled.
+    """
+    owner = np.empty((height, width), dtype=np.int32)
+    coverage = np.empty((height, width), dtype=np.float32)
+    report = _rasterize(uv, owner, coverage, api.RULE_COVERAGE, skip, threads, control)
+    if report.covered == 0:
+        raise InputError(f"{name}: {_why_none(report, uv)}; unwrap it anew, or bake with chart UVs (--uv charts)")
+    warnings = _warnings(name, report, uv, owner, skip)
+    return Texels(owner, coverage, int(report.covered), int(report.overlapped), warnings)
+
+
+def owners_by_centre(uv: Floats, width: int, height: int, *, threads: int = 0) -> Ints:
+    """(H, W) int32 owners by Cycles' rule: the last triangle over (x + 0.501, y + 0.502), y from below; -1 none."""
+    owner = np.empty((height, width), dtype=np.int32)
+    _rasterize(uv, owner, None, api.RULE_CENTRE, None, threads, None)
+    return owner
+
+
+def surface_points(surface: Placed, owner: Ints, *, threads: int = 0) -> tuple[Floats, Floats]:
+    """Positions and unit shading normals, (H, W, 3) float32 each, mid-footprint of each owned texel; 0 elsewhere."""
+    positions = np.zeros((*owner.shape, 3), dtype=np.float32)
+    normals = np.zeros_like(positions)
+    described = describe_surface(surface, owner)
+    places = (api.address(positions, np.float32), api.address(normals, np.float32))
+    api.check(api.library().ob_surface_points(byref(described), threads, *places))
+    return positions, normals
+
+
+def in_bands(texels: NDArray[np.int64], size: int) -> Iterator[NDArray[np.int64]]:
+    """So many of the listed texels at a time: what is worked out for each need not be held for all."""
+    return (texels[start : start + size] for start in range(0, len(texels), size))
+
+
+def _rasterize(
+    uv: Floats,
+    owner: Ints,
+    coverage: Floats | None,
+    rule: int,
+    skip: NDArray[np.bool_] | None,
+    threads: int,
+    control: api.Control | None,
+) -> api.RasterReport:
+    height, width = owner.shape
+    report = api.RasterReport()
+    flags = None if skip is None else np.ascontiguousarray(skip, dtype=np.uint8)
+    status = api.library().ob_rasterize(
+        *(api.address(uv, np.float32), len(uv), api.address(flags, np.uint8), width, height, rule, threads),
+        *(api.address(owner, np.int32), api.address(coverage, np.float32)),
+        *(byref(report), None if control is None else byref(control)),
+    )
+    api.check(status)
+    return report
+
+
+def _why_none(report: api.RasterReport, uv: Floats) -> str:
+    if report.outside == len(uv):
+        return "all of its UVs lie outside the 0-1 square"
+    counts = (
+        f"of {len(uv)} triangles {report.degenerate} have no area in the texture, {report.outside} leave its square"
+    )
+    return f"its UVs cover no texel ({counts})"
+
+
+def _warnings(
+    name: str, report: api.RasterReport, uv: Floats, owner: Ints, skip: NDArray[np.bool_] | None
+) -> list[str]:
+    lines = []
+    if report.overlapped:
+        share = 100.0 * report.overlapped / max(report.covered, 1)
+        lines.append(
+            f"{name}: UVs overlap on {report.overlapped} of {report.covered} texels ({share:.1f} %); "
+            "each shows one of its faces"
+        )
+    if report.outside:
+        lines.append(f"{name}: {report.outside} triangles leave the 0-1 UV square; what lies outside is not baked")
+    if report.degenerate:
+        lines.append(f"{name}: {report.degenerate} triangles have no area in the texture and get no texels")
+    if not report.overlapped and not report.outside and (share := _unowned_share(uv, owner, skip)) >= _MUCH_UNOWNED:
+        lines.append(
+            f"{name}: {100.0 * share:.0f} % of its surface in the texture lies in triangles without a texel of their "
+            "own; detail finer than texels is averaged, and a larger image shows it"
+        )
+    return lines
+
+
+def _unowned_share(uv: Floats, owner: Ints, skip: NDArray[np.bool_] | None) -> float:
+    """The share, by area in the texture, of the triangles that own no texel; those that are skipped do not count."""
+    edges = uv[:, 1:] - uv[:, :1]
+    areas = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]).astype(np.float64)
+    areas[~np.isfinite(areas)] = 0.0
+    if skip is not None:
+        areas[skip] = 0.0
+    whole = float(areas.sum())
+    areas[owner[owner >= 0]] = 0.0
+    return float(areas.sum()) / whole if whole > 0.0 else 0.0

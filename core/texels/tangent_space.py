@@ -1,0 +1,139 @@
+"""Tangent frames of texels, for textures that tell directions by the surface.
+
+As MikkTSpace has it (M. Mikkelsen, "Simulation of Wrinkled Surfaces Revisited", 2008), and Blender and engines too:
+normal and tangent are interpolated from the corners without being made unit vectors or upright again, and the
+bitangent is the sign times normal x tangent. All is in object space; directions go there and back as normals do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.errors import InputError
+from ..charts.polygon_charts import texels_of
+from ..charts.udim import uv_in_tile
+from ..scene.scene import Doubles, Floats, Instance, Ints, Placed, unit, unit_normals
+from .rasterize import surface_points
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """Of N texels: tangent, bitangent, normal, each (N, 3) float64, in object space; sign: (N,) float64, 1 or -1."""
+
+    tangent: Doubles
+    bitangent: Doubles
+    normal: Doubles
+    sign: Doubles
+
+
+def check_tangents(target: Instance) -> None:
+    """Raises InputError where the target's mesh has no tangents."""
+    if target.mesh.tangents is None:
+        raise InputError(
+            f"{target.name}: it has no tangents, for its mesh has no UV map to take them from; unwrap it, or bake "
+            "neither a directional code nor bent normals in tangent space"
+        )
+
+
+class Texture:
+    """A target's texels in its texture. owner: (H, W) int32, a triangle of its mesh. tile: of a UDIM layout."""
+
+    def __init__(self, target: Instance, owner: Ints, tile: int | None = None) -> None:
+        uv = target.mesh.uv
+        assert uv is not None
+        self.target = target
+        self._owner, self._size = owner.reshape(-1), owner.shape[::-1]
+        self._uv = uv if tile is None else uv_in_tile(uv, tile)
+
+    @cached_property
+    def _places(self) -> Floats:
+        """(H · W, 3): the middles of the footprints, in UVs."""
+        return surface_points(_flat(self._uv), self._owner.reshape(self._size[::-1]))[0].reshape(-1, 3)
+
+    @cached_property
+    def _normals(self) -> NDArray[np.floating[Any]]:
+        """(T, 3, 3): shading normals, of flat faces their own."""
+        mesh = self.target.mesh
+        if mesh.normals is not None:
+            return mesh.normals
+        faces = unit_normals(mesh.vertices[mesh.triangles].astype(np.float64))
+        return np.repeat(faces[:, np.newaxis], 3, axis=1)
+
+    def frames(self, texels: NDArray[np.int64]) -> Frames:
+        """At the middles of the footprints of listed texels, y · W + x. Raises InputError as `check_tangents`."""
+        check_tangents(self.target)
+        tangents = self.target.mesh.tangents
+        assert tangents is not None
+        return self.frames_of(tangents, texels)
+
+    def frames_of(self, tangents: Floats, texels: NDArray[np.int64]) -> Frames:
+        """`frames` by other tangents, (T, 3, 4), as those of another UV map."""
+        triangle, weights = self._owner[texels], self.weights(texels)
+        normal = _interpolated(self._normals[triangle], weights)
+        tangent = _interpolated(tangents[triangle, :, :3], weights)
+        sign = np.where(tangents[triangle, 0, 3] < 0.0, -1.0, 1.0)
+        return Frames(tangent, sign[:, np.newaxis] * np.cross(normal, tangent), normal, sign)
+
+    @cached_property
+    def areas(self) -> Doubles:
+        """(T,) float64: how many texels each triangle is as large as."""
+        return texels_of(self._uv, *self._size)
+
+    def owners(self, texels: NDArray[np.int64]) -> Ints:
+        """(N,) int32: the triangles of listed texels."""
+        return self._owner[texels]
+
+    def normals(self, texels: NDArray[np.int64]) -> Doubles:
+        """The frames' normals alone, (N, 3) float64."""
+        return _interpolated(self._normals[self._owner[texels]], self.weights(texels))
+
+    def weights(self, texels: NDArray[np.int64]) -> Doubles:
+        """(N, 3) float64: barycentric weights of the footprints' middles, by the UVs' own plane."""
+        triangle = self._owner[texels]
+        place = self._places[texels, :2].astype(np.float64)
+        a, b, c = (self._uv[triangle, corner].astype(np.float64) for corner in range(3))
+        edge1, edge2, to_place = b - a, c - a, place - a
+        area = edge1[:, 0] * edge2[:, 1] - edge1[:, 1] * edge2[:, 0]
+        area = np.where(area == 0.0, 1.0, area)
+        second = (to_place[:, 0] * edge2[:, 1] - to_place[:, 1] * edge2[:, 0]) / area
+        third = (edge1[:, 0] * to_place[:, 1] - edge1[:, 1] * to_place[:, 0]) / area
+        return np.stack([1.0 - second - third, second, third], axis=1)
+
+
+def to_object(directions: Doubles, matrix: Doubles) -> Doubles:
+    """Directions of world space that are read as normals, (N, 3), in object space: unit, zero where they are."""
+    return unit(directions @ matrix[:3, :3])
+
+
+def in_frames(directions: Doubles, frames: Frames) -> Doubles:
+    """Object-space directions, (N, 3), told by frames: what times tangent, bitangent and normal gives them. Unit."""
+    axes = np.stack([frames.tangent, frames.bitangent, frames.normal], axis=2)
+    singular = np.abs(np.linalg.det(axes)) < 1e-9
+    axes[singular] = np.eye(3)
+    return unit(np.linalg.solve(axes, directions[:, :, np.newaxis])[:, :, 0])
+
+
+def world_tangents(frames: Frames, matrix: Doubles) -> Floats:
+    """(N, 4) float32: the tangents in world space, and the bitangents' signs there, as the kernel takes them."""
+    linear = matrix[:3, :3]
+    flipped = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
+    rows = np.concatenate([unit(frames.tangent @ linear.T), flipped * frames.sign[:, np.newaxis]], axis=1)
+    return np.ascontiguousarray(rows, dtype=np.float32)
+
+
+def _flat(uv: Floats) -> Placed:
+    """The layout as a surface in the plane: its points are UVs."""
+    corners = np.concatenate([uv, np.zeros((*uv.shape[:2], 1), dtype=np.float32)], axis=2).reshape(-1, 3)
+    triangles = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
+    return Placed(np.ascontiguousarray(corners), triangles, np.ascontiguousarray(uv))
+
+
+def _interpolated(corners: NDArray[np.floating[Any]], weights: Doubles) -> Doubles:
+    """(N, 3, 3) values at corners and (N, 3) weights → (N, 3) float64."""
+    values: Doubles = np.einsum("nij,ni->nj", corners.astype(np.float64), weights)
+    return values

@@ -1,0 +1,76 @@
+"""Maps at the corners of a mesh's faces in place of texels: for colour attributes.
+
+Each triangle gets a cell of 2 x 2 texels of an image of its own, so laid out that three of them are the triangle's
+parts nearest to each corner, in which one of the two barycentric weights, or neither, is over a half. A corner's value
+is the mean over its part, and a vertex's the mean over the parts around it: an average, where a value at the vertex
+alone would miss what happens on the faces (as Kavan et al., "Least squares vertex baking", 2011, have it).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.errors import InputError
+from ..scene.scene import Floats, Instance, Mesh, Scene
+
+MOST_TRIANGLES = 1 << 28  # the image's sides are at most 65536
+_ALIKE = 1e-3  # normals that differ by less are one
+
+
+def corner_image(triangles: int) -> tuple[int, int]:
+    """Width and height of the image that holds the cells of so many triangles: powers of two, so UVs are exact."""
+    across = 1 << max(triangles - 1, 0).bit_length() // 2
+    down = 1 << max(-(-triangles // across) - 1, 0).bit_length()
+    return 2 * across, 2 * down
+
+
+def with_corner_cells(scene: Scene, target: Instance) -> tuple[Scene, int, int]:
+    """The scene with this target alone, each of its triangles in a cell of its own; width and height of the image.
+
+    Raises InputError for a mesh with too many triangles.
+    """
+    mesh, count = target.mesh, len(target.mesh.triangles)
+    if count > MOST_TRIANGLES:
+        raise InputError(f"{target.name}: {count} triangles are too many for colours; bake a texture")
+    width, height = corner_image(count)
+    x, y = _cells(count, width)
+    place = np.stack([np.stack([x, x + 2, x], axis=1) / width, 1.0 - np.stack([y, y, y + 2], axis=1) / height], axis=2)
+    laid_out = replace(mesh, uv=place.astype(np.float32))
+    occluders = [replace(each, mesh=laid_out) if each.mesh is mesh else each for each in scene.occluders]
+    return replace(scene, targets=[replace(target, mesh=laid_out)], occluders=occluders), width, height
+
+
+def corner_values(values: Floats, mesh: Mesh) -> Floats:
+    """(H, W) of a bake of `with_corner_cells` → (T, 3), one value for all corners that share vertex and normal.
+
+    Corners count by the area of their triangle.
+    """
+    x, y = _cells(len(mesh.triangles), values.shape[1])
+    parts = np.stack([values[y, x], values[y, x + 1], values[y + 1, x]], axis=1).astype(np.float64)
+    areas = np.linalg.norm(mesh.doubled_areas, axis=1)[:, None].repeat(3, axis=1)
+    areas = np.maximum(areas, 1e-30 * max(float(areas.max(initial=0.0)), 1e-30))
+    _, group = np.unique(_keys(mesh).reshape(-1), return_inverse=True)
+    sums = np.bincount(group, (parts * areas).reshape(-1)) / np.bincount(group, areas.reshape(-1))
+    shared: Floats = sums[group].reshape(-1, 3).astype(np.float32)
+    return shared
+
+
+def _cells(count: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The upper left texel of each triangle's cell."""
+    index = np.arange(count, dtype=np.int64)
+    return 2 * (index % (width // 2)), 2 * (index // (width // 2))
+
+
+def _keys(mesh: Mesh) -> NDArray[np.int64]:
+    """(T, 3): equal where corners share vertex and normal."""
+    normals = mesh.normals
+    if normals is None:
+        flat = mesh.doubled_areas / np.maximum(np.linalg.norm(mesh.doubled_areas, axis=1, keepdims=True), 1e-300)
+        normals = flat[:, None].repeat(3, axis=1)
+    steps = np.rint(np.asarray(normals, dtype=np.float64) / _ALIKE).astype(np.int64) + 2048
+    packed = (steps[..., 0] << 24) | (steps[..., 1] << 12) | steps[..., 2]
+    keys: NDArray[np.int64] = (mesh.triangles.astype(np.int64) << 36) | packed
+    return keys

@@ -1,1 +1,0 @@
-"""How the estimators of occlusion converge: `python -m occlusion_bake.samples.study` measures and writes README.md."""

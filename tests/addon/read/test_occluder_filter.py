@@ -1,0 +1,116 @@
+"""Who blocks light: the scene, a choice of objects, each object itself, a ground."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+bpy = pytest.importorskip("bpy")
+
+from occlusion_bake.addon.read.occluder_filter import Occluding, named, words_of  # noqa: E402
+from occlusion_bake.addon.read.scene_reader import extract  # noqa: E402
+from occlusion_bake.core.bake import Settings, bake  # noqa: E402
+from occlusion_bake.core.base.errors import InputError  # noqa: E402
+from occlusion_bake.core.scene.ground_plane import NAME as GROUND  # noqa: E402
+
+
+@pytest.fixture(autouse=True)
+def scene(empty_scene: None) -> None:
+    """Each test begins with nothing."""
+
+
+def means(*targets: str, occluding: Occluding) -> dict[str, float]:
+    """The mean AO of each."""
+    read = extract(bpy.context, bpy.context.view_layer, targets, occluding=occluding)
+    return {baked.name: baked.maps["ao"].mean for baked in bake(read, Settings(width=64, height=64, rays=64))}
+
+
+def occluders(*targets: str, occluding: Occluding) -> set[str]:
+    read = extract(bpy.context, bpy.context.view_layer, targets, occluding=occluding)
+    return {each.belongs_to for each in read.occluders}
+
+
+def two_floors(make: Any) -> None:
+    """A floor under a roof, and a wall beside both."""
+    make.plane("Floor")
+    make.plane("Roof", location=(0, 0, 0.5))
+    make.wall("Wall")
+
+
+def test_by_default_all_that_renders(make: Any) -> None:
+    two_floors(make)
+    make.plane("Hidden", location=(0, 0, 0.2)).hide_render = True
+    assert occluders("Floor", occluding=Occluding()) == {"Floor", "Roof", "Wall"}
+
+
+def test_chosen_objects_and_the_target_itself(make: Any) -> None:
+    two_floors(make)
+    assert occluders("Floor", occluding=named(["Wall"])) == {"Floor", "Wall"}
+    assert means("Floor", occluding=named(["Wall"]))["Floor"] > means("Floor", occluding=Occluding())["Floor"] + 0.2
+
+
+def test_each_object_itself_alone(make: Any) -> None:
+    two_floors(make)
+    assert means("Floor", "Roof", occluding=named(["self"])) == {"Floor": 1.0, "Roof": 1.0}
+    assert means("Floor", "Roof", occluding=Occluding())["Floor"] < 0.6
+
+
+def test_an_object_alone_is_still_hidden_by_what_it_instances(make: Any) -> None:
+    """Faces of the floor carry copies of a child, as leaves on a tree: they are its own."""
+    floor = make.plane("Floor")
+    leaf = make.plane("Leaf", location=(0, 0, 0.25))
+    leaf.parent = floor
+    floor.instance_type = "FACES"
+    floor.show_instancer_for_render = True
+    make.plane("Roof", location=(0, 0, 0.5))
+    assert occluders("Floor", occluding=named(["self"])) == {"Floor"}
+    assert means("Floor", occluding=named(["self"]))["Floor"] < 0.9
+
+
+def test_a_collection_with_those_in_it(make: Any) -> None:
+    two_floors(make)
+    outer, inner = bpy.data.collections.new("Outer"), bpy.data.collections.new("Inner")
+    bpy.context.scene.collection.children.link(outer)
+    outer.children.link(inner)
+    inner.objects.link(bpy.data.objects["Roof"])
+    assert occluders("Floor", occluding=named(["Outer"])) == {"Floor", "Roof"}
+
+
+def test_the_commands_words_come_back(make: Any) -> None:
+    two_floors(make)
+    for words in (["scene"], ["self"], ["Roof", "Wall"]):
+        assert words_of(named(words)) == words
+    assert words_of(Occluding(frozenset())) == ["self"]  # nothing but the target is the same as itself alone
+    with pytest.raises(InputError, match="Door: no object or collection"):
+        named(["Door"])
+
+
+def test_a_ground_darkens_sides_by_half_and_what_lies_on_it_wholly(make: Any) -> None:
+    """A vertical wall sees the ground over half of its cosine-weighted sky; a face on the ground sees it alone."""
+    wall = make.wall("Wall", y=(-1.0, 1.0))
+    wall.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.float32((0, 0, 1, 0, 1, 1, 0, 1)))
+    assert means("Wall", occluding=Occluding(ground=True))["Wall"] == pytest.approx(0.5, abs=0.01)
+    below = make.plane("Below", location=(0, 0, 0))
+    below.rotation_euler.x = np.pi
+    bpy.context.view_layer.update()
+    assert means("Below", occluding=named(["self"], ground=True))["Below"] < 1e-3
+    assert GROUND in occluders("Below", occluding=named(["self"], ground=True))
+
+
+def test_the_command_takes_them(make: Any, bake: Any) -> None:
+    two_floors(make)
+    assert bake("--objects", "Floor", "--occluders", "self", "--ground").report["occluders"] == ["Floor", GROUND]
+    assert bake("--objects", "Floor", "--occluders", "Roof").report["occluders"] == ["Floor", "Roof"]
+    assert "Door: no object" in bake("--objects", "Floor", "--occluders", "Door", report=False).complaint
+
+
+@pytest.mark.parametrize("words", [["self"], ["Roof"], ["Wall"]])
+def test_cycles_agrees_on_who_occludes(make: Any, bake: Any, words: list[str]) -> None:
+    two_floors(make)
+    ground = ["--ground"] if words == ["self"] else []
+    run = bake("--objects", "Floor", "--occluders", *words, *ground, "--compare-cycles", "64", "--rays", "64")
+    cycles = run.report["objects"][0]["cycles"]
+    assert abs(cycles["bias"]) < 0.005 and cycles["rmse"] < 0.06
+    assert all(obj.visible_shadow for obj in bpy.data.objects) and GROUND not in bpy.data.objects

@@ -1,0 +1,178 @@
+"""A chart layout covers the mesh, keeps polygons whole, keeps charts apart, and repeats."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+import pytest
+from occlusion_bake.core.base.errors import InputError
+from occlusion_bake.core.charts import unwrap
+from occlusion_bake.tests.core.layouts import (
+    MESHES,
+    Mesh,
+    chart_of,
+    check,
+    cover,
+    cube,
+    nearest_strangers,
+    quads,
+    uv_area,
+    waves,
+)
+
+pytest.importorskip("xatlas")
+
+
+@pytest.mark.parametrize("kind", MESHES)
+def test_layout(kind: str) -> None:
+    mesh = MESHES[kind]
+    size, padding = 512, 4
+    result = unwrap(kind, *mesh, size=size, padding=padding)
+    check(mesh, result)
+    assert result.collapsed == 0
+    assert result.padding == padding
+    hits, owner = cover(result.uv, chart_of(result.uv), size, size)
+    assert hits.max() == 1, "triangles overlap"
+    assert nearest_strangers(owner, padding) > padding
+    assert result.utilisation == pytest.approx(uv_area(result.uv).sum(), rel=1e-6)
+    assert result.utilisation == pytest.approx(hits.mean(), rel=0.05)
+    assert result.utilisation > 0.3
+
+
+def test_cube_has_six_square_faces() -> None:
+    result = unwrap("cube", *cube())
+    assert result.count == 6
+    assert result.stretch.l2 == pytest.approx(1.0, abs=1e-3)
+    assert result.stretch.p95 == pytest.approx(1.0, abs=1e-3)
+    assert result.stretch.area == pytest.approx(1.0, abs=1e-3)
+    assert result.stretch.angle == pytest.approx(1.0, abs=1e-3)
+    sides = np.linalg.norm(np.diff(result.uv[::2], axis=1), axis=2)
+    assert np.allclose(sides, sides.mean(), rtol=1e-3)
+    assert result.utilisation > 0.55
+
+
+def test_scale_and_place_do_not_matter() -> None:
+    vertices, triangles, polygons = waves(20)
+    first = unwrap("waves", vertices, triangles, polygons).uv
+    for factor in (2.0**40, 2.0**-40):
+        scaled = unwrap("waves", vertices * np.float32(factor), triangles, polygons).uv
+        assert np.array_equal(first, scaled)
+    ball, faces, quad = cube()
+    reference = unwrap("cube", ball, faces, quad).uv
+    for factor in (1e-6, 0.3, 7.0, 1e6):
+        assert np.allclose(unwrap("cube", ball * np.float32(factor), faces, quad).uv, reference, atol=1e-5)
+    assert np.allclose(unwrap("cube", ball + np.float32(2**20), faces, quad).uv, reference, atol=1e-5)
+
+
+def test_same_mesh_same_uvs() -> None:
+    mesh = waves(30, noise=0.1)
+    assert np.array_equal(unwrap("waves", *mesh).uv, unwrap("waves", *mesh).uv)
+
+
+def broken(kind: str) -> Mesh:
+    vertices, triangles, polygons = cube()
+    if kind == "loose vertices":
+        return np.concatenate([vertices, [[1e30, 0, 0], [np.nan, 0, 0]]]).astype(np.float32), triangles, polygons
+    extra = {
+        "repeated corner": [[0, 0, 1]],
+        "no area": [[0, 0, 0]],
+        "duplicate": [triangles[0]],
+        "turned duplicate": [triangles[0][::-1]],
+        "fins on one edge": [[0, 1, 8], [0, 1, 9], [1, 0, 10]],
+        "collinear": [[0, 8, 1]],
+        "tiny": [[0, 8, 9]],
+    }[kind]
+    more = {
+        "fins on one edge": [[-3, -2, 0], [-2, -3, 0], [-3, -3, 0]],
+        "collinear": [[-1, -1, 0]],
+        "tiny": [[-1, -1 - 1e-6, -1], [-1, -1, -1 - 1e-6]],
+    }.get(kind, np.empty((0, 3)))
+    vertices = np.concatenate([vertices, more]).astype(np.float32)
+    triangles = np.concatenate([triangles, extra]).astype(np.int32)
+    return vertices, triangles, np.append(polygons, 6 + np.arange(len(extra))).astype(np.int32)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "loose vertices",
+        "repeated corner",
+        "no area",
+        "duplicate",
+        "turned duplicate",
+        "fins on one edge",
+        "collinear",
+        "tiny",
+    ],
+)
+def test_broken_meshes(kind: str) -> None:
+    mesh = broken(kind)
+    result = unwrap(kind, *mesh, size=256)
+    check(mesh, result)
+    assert result.collapsed == 0
+    hits, _ = cover(result.uv, chart_of(result.uv), 256, 256)
+    assert hits.max() == 1
+
+
+def test_collinear_corner_of_a_polygon_lies_on_its_edge() -> None:
+    """A pentagon with a corner in the middle of a side: the triangle without area lies between its neighbours."""
+    vertices = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], np.float32)
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4]], np.int32)
+    uv = unwrap("plate", vertices, triangles, np.zeros(3, np.int32)).uv
+    assert np.allclose(uv[0, 1], 0.5 * (uv[0, 0] + uv[0, 2]), atol=1e-6)
+    assert np.array_equal(uv[0, [0, 2]], uv[1, [0, 1]])
+
+
+def test_single_triangle_and_long_strip() -> None:
+    for length in (1.0, 1000.0):
+        vertices = np.array([[0, 0, 0], [length, 0, 0], [0, 1, 0]], np.float32)
+        mesh = vertices, np.array([[0, 1, 2]], np.int32), np.zeros(1, np.int32)
+        result = unwrap("triangle", *mesh)
+        check(mesh, result)
+        assert result.count == 1
+        assert result.stretch.l2 == pytest.approx(1.0, abs=1e-3)
+
+
+def test_stretch_of_a_known_map() -> None:
+    """A unit square drawn twice as wide as high: singular values 1/2 and 1, brought to one area by sqrt 2."""
+    mesh = quads([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
+    surface = unwrap._surface("square", *mesh)
+    uv = mesh[0][:, :2].astype(float)[mesh[1]] * [2.0, 1.0]
+    stretch = unwrap._stretch(surface, uv)
+    assert stretch.l2 == pytest.approx(np.sqrt((0.25 + 1.0) / 2 * 2))
+    assert stretch.p95 == pytest.approx(stretch.l2)
+    assert stretch.area == pytest.approx(1.0)
+    assert stretch.angle == pytest.approx((2.0 + 0.5) / 2)
+
+
+def one_line(caught: pytest.ExceptionInfo[InputError], name: str) -> str:
+    message = str(caught.value)
+    assert message.startswith(name + ": ")
+    assert "\n" not in message
+    return message
+
+
+def test_without_xatlas(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = importlib.import_module
+
+    def missing(name: str, package: str | None = None) -> Any:
+        if name == "xatlas":
+            raise ModuleNotFoundError("No module named 'xatlas'")
+        return real(name, package)
+
+    monkeypatch.setattr(importlib, "import_module", missing)
+    with pytest.raises(InputError) as caught:
+        unwrap("Suzanne", *cube())
+    message = one_line(caught, "Suzanne")
+    assert "xatlas" in message
+    assert "Smart UV Project" in message
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, np.inf])
+def test_no_surface(value: float) -> None:
+    vertices, triangles, polygons = cube()
+    with pytest.raises(InputError) as caught:
+        unwrap("Flat", vertices * np.float32(value), triangles, polygons)
+    one_line(caught, "Flat")

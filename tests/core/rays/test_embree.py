@@ -1,0 +1,141 @@
+"""Finding Embree, refusing what is not, and that it does not matter which one traces."""
+
+from __future__ import annotations
+
+import ctypes.util
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from occlusion_bake.core.base.errors import InputError
+from occlusion_bake.core.rays.embree import OVERRIDE, Device, candidates, open_device
+from occlusion_bake.core.rays.map_spec import AO, reflection
+from occlusion_bake.core.rays.tracer import Rays, Sums, TraceScene, trace
+from occlusion_bake.core.scene.scene import placed
+from occlusion_bake.core.texels import rasterize
+
+
+def open_anew(threads: int = 1) -> Device:
+    """Not the device that an earlier call has opened."""
+    return open_device.__wrapped__(threads)
+
+
+def library_of(package: str) -> str:
+    """The Embree that a wheel brings; skips where there is none."""
+    spec = importlib.util.find_spec(package)
+    if spec is None or spec.origin is None:
+        pytest.skip(f"{package} is not installed")
+    site = Path(spec.origin).parents[1]
+    found = [path for path in candidates() if Path(path).is_file() and Path(path).is_relative_to(site)]
+    mine = [path for path in found if Path(path).relative_to(site).parts[0] in (package, f"{package}.libs")]
+    if not mine:
+        pytest.skip(f"{package} brings no Embree of its own")
+    return mine[0]
+
+
+def refusal(monkeypatch: pytest.MonkeyPatch, path: str) -> str:
+    """What opening an Embree at this path is answered."""
+    monkeypatch.setenv(OVERRIDE, path)
+    with pytest.raises(InputError) as refused:
+        open_anew()
+    message = str(refused.value)
+    assert "\n" not in message
+    assert OVERRIDE in message
+    return message
+
+
+def stage_traced_by(device: Device, shapes: Any) -> Sums:
+    """AO and RO of a floor under a sphere."""
+    floor, ball = shapes.plane(2.0), shapes.sphere((0.2, 0.1, 0.7), 0.6, 48)
+    scene = TraceScene(device)
+    for mesh in (floor, ball):
+        scene.add(mesh.vertices, mesh.triangles)
+    scene.commit()
+    owner = rasterize("floor", floor.uv, 64, 64).owner
+    return trace(scene, placed(shapes.instance(floor), np.zeros(3)), owner, [AO, reflection(10)], Rays(64))
+
+
+def test_the_candidates_end_with_a_bare_name() -> None:
+    paths = list(candidates())
+    assert all(Path(path).is_file() for path in paths[:-1])
+    assert "embree4" in paths[-1] and Path(paths[-1]).name == paths[-1]
+
+
+def test_the_fastest_comes_first() -> None:
+    assert next(candidates()) == library_of("embreex")
+
+
+def test_the_device_says_what_it_is() -> None:
+    device = open_device()
+    assert device is open_device()
+    major, minor, _ = (int(part) for part in device.version.split("."))
+    assert (major, minor) >= (4, 3)
+    assert device.native_width in (1, 4, 8, 16)
+    assert device.description == f"{device.version}, {device.native_width}-wide, {device.path}"
+
+
+def test_a_chosen_library_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    chosen = open_device().path
+    monkeypatch.setenv(OVERRIDE, chosen)
+    assert open_anew().path == chosen
+
+
+def test_a_wrong_path_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    path = str(tmp_path / "libembree4.so.4")
+    assert path in refusal(monkeypatch, path)
+
+
+def test_a_file_that_is_no_library_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    path = tmp_path / "libembree4.so.4"
+    path.write_text("not a library")
+    assert str(path) in refusal(monkeypatch, str(path))
+
+
+def test_a_library_that_is_no_embree_is_told_what_it_lacks(monkeypatch: pytest.MonkeyPatch) -> None:
+    other = ctypes.util.find_library("m") or "msvcrt.dll"
+    message = refusal(monkeypatch, other)
+    assert other in message and "rtcNewDevice" in message
+
+
+def test_no_embree_at_all_names_the_cure(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(OVERRIDE, raising=False)
+    monkeypatch.setattr("occlusion_bake.core.rays.embree.candidates", lambda: iter(["nowhere/libembree4.so"]))
+    with pytest.raises(InputError, match=f"nowhere/libembree4.so.*reinstall.*{OVERRIDE}"):
+        open_anew()
+
+
+def test_a_broken_candidate_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(OVERRIDE, raising=False)
+    working = open_device().path
+    monkeypatch.setattr("occlusion_bake.core.rays.embree.candidates", lambda: iter(["nowhere/libembree4.so", working]))
+    assert open_anew().path == working
+
+
+def test_blenders_own_embree_traces_the_same_picture(shapes: Any) -> None:
+    ours, blenders = Device(library_of("embreex"), 2), Device(library_of("bpy"), 2)
+    assert ours.path != blenders.path
+    first, second = (stage_traced_by(device, shapes).all for device in (ours, blenders))
+    different = first != second  # rays that graze an edge
+    assert np.mean(different) < 0.005
+    assert np.abs(first - second).max() <= 2.0
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems name Blender's library folder otherwise")
+def test_an_official_blender_is_searched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    library = tmp_path / "lib" / "libembree4.so.4"
+    library.parent.mkdir()
+    library.touch()
+    monkeypatch.setitem(sys.modules, "bpy", blender_at(tmp_path / "blender"))
+    assert str(library) in candidates()
+
+
+def blender_at(program: Path) -> Any:
+    """As much of bpy as the search looks at."""
+    spec = importlib.util.spec_from_loader("bpy", loader=None)
+    module = importlib.util.module_from_spec(spec) if spec else None
+    assert module is not None
+    module.app = type("App", (), {"binary_path": str(program)})  # type: ignore[attr-defined]
+    return module

@@ -1,0 +1,88 @@
+"""The share of texels whose faces look into their own mesh, where it is known; and what must not pass for it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from occlusion_bake.core.bake import Baked, Settings, bake
+from occlusion_bake.core.rays import occluders
+from occlusion_bake.core.rays.map_spec import reflection
+from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
+
+SETTINGS = Settings(width=48, height=32, rays=4, margin=0)
+
+
+def turn(mesh: Mesh, rows: Any) -> Mesh:
+    """These triangles the other way round."""
+    assert mesh.uv is not None
+    triangles, uv = mesh.triangles.copy(), mesh.uv.copy()
+    triangles[rows], uv[rows] = triangles[rows][:, ::-1], uv[rows][:, ::-1]
+    return replace(mesh, triangles=triangles, uv=uv, normals=None)
+
+
+def block(shapes: Any) -> Mesh:
+    return turn(shapes.room(name="block"), slice(None))
+
+
+def one(target: Instance, *others: Instance) -> Baked:
+    (baked,) = bake(Scene([target], [target, *others]), SETTINGS)
+    return baked
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+@pytest.mark.parametrize(("offset", "scale"), [(0.0, 1.0), (1e5, 1e-2), (1e3, 1e3)])
+def test_faces_turned_round(offset: float, scale: float, mirror: float, shapes: Any) -> None:
+    """One side of a box, then two that look at one another: a sixth of the texels each, and a line that says so."""
+    matrix = shapes.matrix((offset, -offset, offset), (scale, mirror * scale, scale), turned=True)
+    for sides in (0, 1, 2):
+        baked = one(shapes.instance(turn(block(shapes), slice(0, 2 * sides)), matrix))
+        assert baked.turned == pytest.approx(sides / 6.0, abs=0.01)
+        told = [line for line in baked.warnings if "the backs of its own faces alone" in line]
+        assert len(told) == (sides > 0), baked.warnings
+
+
+def test_what_is_sound_has_none(shapes: Any) -> None:
+    """Closed, open, seen from within, before a wall, among others; and what does not occlude itself."""
+    ball, plane = shapes.sphere(segments=32), shapes.plane(1.0)
+    room, open_room = shapes.room(), shapes.room(("-x", "+x", "-y", "+y", "-z"))
+    bowl = turn(ball, slice(None))
+    bowl = replace(bowl, triangles=bowl.triangles[200:], uv=bowl.uv[200:])  # type: ignore[index]
+    for mesh in (ball, plane, room, open_room, bowl, block(shapes)):
+        assert one(shapes.instance(mesh), shapes.instance(shapes.plane(9.0, -2.0, name="floor"))).turned == 0.0
+    target = shapes.instance(turn(block(shapes), slice(0, 2)))
+    (ghost,) = bake(Scene([target], [shapes.instance(plane)]), SETTINGS)
+    assert ghost.turned == 0.0
+
+
+def test_a_part_buried_in_another_of_the_same_mesh(shapes: Any) -> None:
+    inner = replace(block(shapes), vertices=block(shapes).vertices * np.float32(0.5))
+    both = shapes.joined([inner, block(shapes)])
+    half = both.uv * np.float32([0.5, 1.0])
+    half[12:, :, 0] += np.float32(0.5)
+    baked = one(shapes.instance(replace(both, uv=half)))
+    assert baked.turned == pytest.approx(0.5, abs=0.01)
+
+
+def test_instances_around_it_change_nothing(shapes: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(occluders, "COPIED_TRIANGLES", 0)
+    target = shapes.instance(turn(block(shapes), slice(0, 2)))
+    ball = shapes.sphere(segments=8)
+    others = [shapes.instance(ball, shapes.matrix((4 * i, 0, 0)), f"ball {i}") for i in (1, 2, 3)]
+    assert one(target, *others).turned == pytest.approx(1 / 6, abs=0.01)
+
+
+def test_a_map_without_light_is_told(shapes: Any) -> None:
+    """Inside out and closed there is nothing to tell it from a room by but that all is black."""
+    (line,) = one(shapes.instance(shapes.room(name="Box"))).warnings
+    assert line.startswith("Box: no light reaches it: its normals are turned inwards")
+    assert not one(shapes.instance(shapes.room(("-x", "+x", "-z")))).warnings
+
+
+def test_what_faces_away_from_the_camera_is_not_dark(shapes: Any) -> None:
+    settings = Settings((reflection(10.0, from_camera=True),), 16, 16, rays=4, margin=0)
+    plane = shapes.instance(shapes.plane(1.0))
+    (baked,) = bake(Scene([plane], [plane], Camera((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))), settings)
+    assert baked.warnings == [] and not baked.maps["ro_10"].covered.any()

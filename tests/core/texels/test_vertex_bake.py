@@ -1,0 +1,62 @@
+"""Maps at the corners of faces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from occlusion_bake.core.bake import Settings, bake
+from occlusion_bake.core.scene.scene import Mesh, Scene
+from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.texels.vertex_bake import corner_image, corner_values, with_corner_cells
+
+
+def baked_corners(scene: Scene, rays: int = 256) -> np.ndarray:
+    apart, width, height = with_corner_cells(scene, scene.targets[0])
+    (made,) = bake(apart, Settings(width=width, height=height, rays=rays, margin=0))
+    values: np.ndarray = corner_values(made.maps["ao"].values, apart.targets[0].mesh)
+    return values
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 16, 17, 1000])
+def test_three_texels_of_a_cell_belong_to_its_triangle(count: int, shapes: Any) -> None:
+    ball = shapes.sphere(segments=48)
+    mesh = Mesh("some", ball.vertices, ball.triangles[:count], None, None)
+    apart, width, height = with_corner_cells(shapes.scene(mesh), shapes.scene(mesh).targets[0])
+    assert (width, height) == corner_image(count) and width * height >= 4 * count
+    owner = rasterize("some", apart.targets[0].mesh.uv, width, height).owner
+    assert np.array_equal(np.bincount(owner[owner >= 0], minlength=count), np.full(count, 3))
+    assert np.all(owner[1::2, 1::2] == -1)
+
+
+def test_an_open_and_a_closed_surface_are_1_and_0(shapes: Any) -> None:
+    for mesh, value in ((shapes.plane(1.0), 1.0), (shapes.room(), 0.0)):
+        assert np.all(baked_corners(shapes.scene(mesh), rays=16) == value)
+
+
+def test_values_are_right_to_the_size_of_a_face(shapes: Any) -> None:
+    """A fine floor under a sphere that rests on it: visibility is 1 - R^3 / (R^2 + d^2)^1.5."""
+    radius, cells = 0.6, 64
+    knots = np.linspace(-2.0, 2.0, cells + 1)
+    x, y = np.meshgrid(knots, knots)
+    vertices = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1).astype(np.float32)
+    corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    quads = np.stack([corner, corner + 1, corner + cells + 2, corner + cells + 1], axis=1)
+    triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
+    floor = Mesh("floor", vertices, triangles)
+    values = baked_corners(shapes.scene(floor, shapes.sphere((0, 0, radius), radius, 128)))
+    exact = 1 - radius**3 / (radius**2 + (vertices[triangles] ** 2).sum(axis=-1)) ** 1.5
+    assert np.sqrt(np.mean((values - exact) ** 2)) < 0.005
+    for vertex in (0, 100, 2112):  # all corners of a flat floor's vertex agree
+        assert np.ptp(values[triangles == vertex]) == 0.0
+
+
+def test_hard_edges_keep_a_value_a_side(shapes: Any) -> None:
+    """A floor and a wall of one mesh, under a roof: where they meet, each has its own value."""
+    vertices = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]])
+    triangles = np.int32([[0, 1, 2], [0, 2, 3], [0, 3, 5], [0, 5, 4]])
+    mesh = Mesh("step", vertices, triangles)
+    values = baked_corners(shapes.scene(mesh, shapes.quad((-1, -1, 0.99), (0, 3, 0), (3, 0, 0), name="roof")))
+    floor, wall = values[:2][triangles[:2] == 0], values[2:][triangles[2:] == 0]
+    assert np.ptp(floor) == 0.0 and np.ptp(wall) == 0.0 and abs(floor[0] - wall[0]) > 0.01
