@@ -28,10 +28,12 @@ venv: $(VENV)/.kernel$(PROFILE) ## the virtual environment: Blender as a module,
 test: venv ## the whole suite
 	$(PY) -m pytest -q
 
-lint: venv ## ruff, mypy, clang-tidy; every warning is an error
+lint: venv ## ruff, mypy, import-linter, clang-tidy; every warning is an error
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
-	MYPYPATH=$(VENV)/dev $(VENV)/bin/mypy -p occlusion_bake.core
+	MYPYPATH=$(VENV)/dev:tools $(VENV)/bin/mypy $(addprefix -p occlusion_bake.,core addon bench samples tests.oracles)
+	MYPYPATH=$(VENV)/dev:tools $(VENV)/bin/mypy $(wildcard tools/*.py)
+	PYTHONPATH=$(VENV)/dev $(VENV)/bin/lint-imports --no-cache
 	$(PY) tools/check_kernel.py tidy
 
 extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blender

@@ -18,7 +18,8 @@ def register() -> None:
         bpy.utils.register_class(each)
     properties.add_properties()
     menu.add_to_menus()
-    _commands.append(bpy.utils.register_cli_command(command.NAME, command.blender_command))
+    register_command: Any = bpy.utils.register_cli_command  # which answers nothing in the stubs
+    _commands.append(register_command(command.NAME, command.blender_command))
 
 
 def unregister() -> None:

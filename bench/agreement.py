@@ -12,13 +12,14 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..addon.compare.cycles import CyclesBake, bake_ao
-from ..core.bake import Settings
+from ..addon.compare.cycles import CyclesBake, CyclesSettings, bake_ao
+from ..core.base.arrays import Ints
+from ..core.finish.baked import BakedMap
 from ..core.finish.compare import compare, noise
-from ..core.finish.map_finisher import BakedMap
-from ..core.scene.scene import Instance, Ints
+from ..core.scene.scene import Instance
 from ..core.texels.rasterize import owners_by_centre, rasterize
 from ..samples.scenes import SCENES, build
+from ..tests.oracles.settings import flat_settings
 from .ours import bake_here
 
 SIZE, RAYS, SAMPLES = 256, 1024, 4096
@@ -67,12 +68,12 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
 
 def converged(target: str, seed: int, samples: int = SAMPLES) -> CyclesBake:
     """What is compared with: AO of an object of the open file, by Cycles."""
-    return bake_ao(bpy.context, target, (SIZE, SIZE), samples, None, os.cpu_count() or 1, seed)
+    return bake_ao(bpy.context, target, CyclesSettings((SIZE, SIZE), samples, None, os.cpu_count() or 1, seed))
 
 
 def bake_both(target: str, reference: Reference) -> Sides:
     """Both sides of an object of the open file. Where it has no UVs it gets charts, which are then its active map."""
-    settings = Settings(width=SIZE, height=SIZE, rays=RAYS, margin=0)
+    settings = flat_settings(width=SIZE, height=SIZE, rays=RAYS, margin=0)
     pairs = [bake_here([target], replace(settings, seed=seed))[1][0] for seed in SEEDS]
     instance = pairs[0][0]
     uv = instance.mesh.uv

@@ -9,8 +9,8 @@ from typing import Any
 
 import bpy
 
+from ..addon.charts.uv_maps import base_triangles
 from ..addon.cli.import_file import load
-from ..addon.read.scene_reader import base_triangles
 from ..core.charts.unwrap import unwrap
 
 MODELS = ("stanford-bunny.obj", "rocker-arm.obj", "spot.obj")

@@ -17,13 +17,17 @@ import bpy
 import numpy as np
 
 from ..addon.cli.hard_exit import leave
-from ..addon.read.scene_reader import extract
-from ..core.progress import Progress
+from ..addon.read.scene_reader import SceneRequest, read_scene
+from ..core.base.arrays import Floats, Ints
 from ..core.rays.embree import Device, open_device
 from ..core.rays.map_spec import AO
 from ..core.rays.occluders import Occluders
-from ..core.rays.tracer import Rays, trace
-from ..core.scene.scene import Floats, Ints, Scene, surface_of, zero_area
+from ..core.rays.ray_options import RayOptions
+from ..core.rays.texel_surface import TexelSurface
+from ..core.rays.tracer import TraceOptions, trace
+from ..core.scene.checks import zero_area
+from ..core.scene.scene import Scene
+from ..core.scene.world_mesh import world_surface
 from ..core.texels.rasterize import rasterize
 from .pages import MODELS, answer_of
 from .share import with_profile_build
@@ -35,28 +39,28 @@ SCENES = ("suzanne", "thinwall", "foliage", "thousands", "sculpt", "instances")
 
 @dataclass(frozen=True)
 class Choice:
-    """One way to trace. levers: of profile.h. distance: as a share of the object's diagonal, 0 for no limit."""
+    """One way to trace. tunables: of profile.h. distance: as a share of the object's diagonal, 0 for no limit."""
 
     group: str
     name: str
     width: int = 16
     distance: float = 0.0
     coherent: bool = True
-    levers: dict[str, str] = field(default_factory=dict)
+    tunables: dict[str, str] = field(default_factory=dict)
 
 
 _SHIPPED = "packets of 16, robust, medium quality, coherent, no limit"  # of scenes with more texels than triangles
 SHIPS = Choice("as it ships", _SHIPPED)
 CHOICES = (
     *(replace(SHIPS, group="packet width", name=str(width), width=width) for width in (8, 4, 1)),
-    replace(SHIPS, group="robust", name="off", levers={"OCCLUSION_SCENE_FLAGS": "0"}),
-    replace(SHIPS, group="tree quality", name="low", levers={"OCCLUSION_BUILD_QUALITY": "0"}),
+    replace(SHIPS, group="robust", name="off", tunables={"OCCLUSION_SCENE_FLAGS": "0"}),
+    replace(SHIPS, group="tree quality", name="low", tunables={"OCCLUSION_BUILD_QUALITY": "0"}),
     # A robust scene of high quality gets the tree of medium: Embree splits no triangles there.
     replace(
         SHIPS,
         group="tree quality",
         name="high, robust off",
-        levers={"OCCLUSION_BUILD_QUALITY": "2", "OCCLUSION_SCENE_FLAGS": "0"},
+        tunables={"OCCLUSION_BUILD_QUALITY": "2", "OCCLUSION_SCENE_FLAGS": "0"},
     ),
     replace(SHIPS, group="query flag", name="incoherent", coherent=False),
     replace(SHIPS, group="distance", name="10 % of the diagonal", distance=0.1),
@@ -113,7 +117,7 @@ def page(result: dict[str, Any]) -> list[str]:
 
 def _child(name: str, rounds: int) -> None:
     targets = build(name, MODELS).targets[:1]  # first: it replaces the file, and the view layer with it
-    scene = extract(bpy.context, bpy.context.view_layer, targets)
+    scene, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest(targets))
     mesh = scene.targets[0].mesh
     assert mesh.uv is not None
     owner = rasterize(mesh.name, mesh.uv, SIZE, SIZE, skip=zero_area(mesh)).owner
@@ -147,30 +151,30 @@ def _row(choice: Choice, pairs: list[tuple[_Run, _Run]]) -> list[Any]:
 
 def _run(scene: Scene, owner: Ints, device: Device, choice: Choice) -> _Run:
     target = scene.targets[0]
-    with _turned(choice.levers):
+    with _turned(choice.tunables):
         start = time.perf_counter()
-        frame = Occluders(device, scene.occluders, np.inf).frame_for(target, Progress())
+        frame = Occluders(device, scene.occluders).frame_for(target)
         seconds = time.perf_counter() - start
-        surface = surface_of(target, frame.origin)
+        surface = world_surface(target, frame.origin)
         diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
-        distance = choice.distance * diagonal if choice.distance else np.inf
+        distance = choice.distance * diagonal if choice.distance else None
         texels = np.count_nonzero(owner >= 0)
         rates = []
         for count in RAYS:
-            rays = Rays(count, 1, distance, packet_width=choice.width, coherent=choice.coherent)
+            rays = TraceOptions(count, 1, RayOptions(distance), packet_width=choice.width, coherent=choice.coherent)
             start = time.perf_counter()
-            sums = trace(frame.scene, surface, owner, (AO,), rays, halves=False)
+            sums = trace(frame.scene, TexelSurface(surface, owner), (AO,), rays, halves=False)
             rates.append(texels * count / (time.perf_counter() - start) / 1e6)
     return _Run(tuple(rates), seconds, sums.all[0][owner >= 0])
 
 
 @contextmanager
-def _turned(levers: dict[str, str]) -> Iterator[None]:
-    os.environ.update(levers)
+def _turned(tunables: dict[str, str]) -> Iterator[None]:
+    os.environ.update(tunables)
     try:
         yield
     finally:
-        for name in levers:
+        for name in tunables:
             del os.environ[name]
 
 

@@ -18,17 +18,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..core.scene.scene import Doubles, Floats
-from ..core.solve.horizon import open_horizon
-from ..core.spherical.directional_format import Code, encode, from_images, rebuild, to_images
+from ..core.base.arrays import Doubles, Floats
+from ..core.spherical.directional_format import DirectionalFormat, encode, from_images, rebuild, to_images
 from ..core.spherical.hemisphere_cells import HEMISPHERE, check_cells, directions, integrals
+from ..core.spherical.lobe import open_horizon
 from .pages import MODELS
 
 EXPONENTS = (2.0, 10.0, 32.0, 100.0)
 CODES = tuple(
-    Code(kind, size) for kind, sizes in (("sh", (2, 3, 4, 6)), ("mask", (8, 16)), ("cells", (8, 16))) for size in sizes
+    DirectionalFormat(kind, size)
+    for kind, sizes in (("sh", (2, 3, 4, 6)), ("mask", (8, 16)), ("cells", (8, 16)))
+    for size in sizes
 )
-IN_BYTES = Code("sh", 3)  # also as RGBA images of 8 bits
+IN_BYTES = DirectionalFormat("sh", 3)  # also as RGBA images of 8 bits
 POINTS, RAYS_A_SIDE, VIEWS = 300, 128, 48
 EDGES = (0.15, 0.35, 0.55, 0.75, 1.0)  # of the bands of n·v
 CLOSER = (10.0, 32.0)  # exponents of the tables by view and by scene
@@ -77,24 +79,22 @@ def visibility(scene: str, models: Path = MODELS, points: int = POINTS) -> Seen:
     """Random texels of a scene's first target, by the tracer."""
     import bpy
 
-    from ..addon.read.scene_reader import extract
-    from ..core.progress import Progress
+    from ..addon.read.scene_reader import SceneRequest, read_scene
     from ..core.rays.embree import open_device
     from ..core.rays.occluders import Occluders
-    from ..core.scene.scene import surface_of
-    from ..core.texels.rasterize import surface_points
+    from ..core.rays.texel_surface import TexelSurface
+    from ..core.scene.world_mesh import world_surface
     from .versus.subject import prepare
 
     subject = prepare(scene, _SIZE, models)
-    read = extract(bpy.context, bpy.context.view_layer, [subject.name])
+    read, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest([subject.name]))
     target = read.targets[0]
-    frame = Occluders(open_device(), read.occluders).frame_for(target, Progress())
-    surface = surface_of(target, frame.origin)
+    frame = Occluders(open_device(), read.occluders).frame_for(target)
+    mesh = world_surface(target, frame.origin)
+    surface = TexelSurface(mesh, subject.owner)
     chosen = np.random.default_rng(0).choice(np.flatnonzero(subject.covered), points, replace=False)
-    places, normals = (
-        each.reshape(-1, 3)[chosen].astype(np.float64) for each in surface_points(surface, subject.owner)
-    )
-    corners = surface.vertices[surface.triangles[subject.owner.reshape(-1)[chosen]]].astype(np.float64)
+    places, normals = (each.reshape(-1, 3)[chosen].astype(np.float64) for each in (surface.positions, surface.normals))
+    corners = mesh.vertices[mesh.triangles[subject.owner.reshape(-1)[chosen]]].astype(np.float64)
     faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     faces /= np.linalg.norm(faces, axis=1, keepdims=True)
     starts = places + _LIFT * np.abs(corners).max(axis=(1, 2))[:, None] * faces
@@ -149,7 +149,7 @@ def _estimates(cells: Floats) -> Iterator[tuple[str, RO]]:
             yield f"{code.name}, RGBA images of 8 bits", _from_code(stored, code)
 
 
-def _from_code(values: Floats, code: Code) -> RO:
+def _from_code(values: Floats, code: DirectionalFormat) -> RO:
     def estimate(looked: Doubles, exponent: float) -> Doubles:
         repeated = (np.repeat(view[None], len(values), axis=0) for view in looked)
         return np.stack([rebuild(values, code, each, exponent) for each in repeated], axis=1).astype(np.float64)
@@ -284,6 +284,6 @@ def _say(title: str, lines: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    from ..addon.cli.hard_exit import run_and_leave
+    from ..addon.cli.hard_exit import run_and_exit
 
-    run_and_leave(main)
+    run_and_exit(main)

@@ -13,8 +13,9 @@ import bpy
 import numpy as np
 
 from ..addon.cli.hard_exit import leave
-from ..core.bake import Settings
 from ..core.rays.map_spec import AO, reflection
+from ..core.settings import Settings
+from ..tests.oracles.settings import flat_settings
 from .ours import bake_here
 from .pages import answer_of, peak_memory
 from .versus.scenes import add_net
@@ -80,7 +81,7 @@ class _Case:
     settings: Settings
 
 
-_BOTH = Settings((AO, reflection(10.0)), 2048, 2048, 4)
+_BOTH = flat_settings((AO, reflection(10.0)), width=2048, height=2048, rays=4)
 _CASES = {
     "dense": _Case("2048x2048, 2 million triangles, AO and RO 10", 2.5, _dense, "Sheet", _BOTH),
     "instances": _Case(
@@ -88,7 +89,7 @@ _CASES = {
     ),
     "large": _Case(
         *("8192x8192, all of it used, AO to an error of 1/255", 4.0, _sheet, "Sheet"),
-        Settings(width=8192, height=8192, error=1 / 255),
+        flat_settings(width=8192, height=8192, error=1 / 255),
     ),
 }
 

@@ -19,19 +19,23 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-from ..addon.cli.hard_exit import run_and_leave
-from ..addon.read.scene_reader import extract
-from ..core.bake import Baked, Settings, bake
-from ..core.finish.bent_normals import Bent
-from ..core.rays.map_spec import AO, Falloff, light
+from ..addon.cli.hard_exit import run_and_exit
+from ..addon.read.scene_reader import SceneRequest, read_scene
+from ..core.bake import Baked, bake
+from ..core.base.arrays import Doubles
+from ..core.base.vectors import unit
+from ..core.maps.bent_normals import BentNormalMap
+from ..core.rays.map_spec import AO, light
+from ..core.rays.ray_options import Falloff
 from ..core.scene.ground_plane import ground_below
-from ..core.scene.image_texture import Picture
-from ..core.scene.scene import Doubles, Scene, unit
-from ..core.solve.directional import Coding
-from ..core.spherical.directional_format import Code
+from ..core.scene.image_texture import ImageTexture
+from ..core.scene.normal_map import NormalMap, NormalMapLayer
+from ..core.scene.scene import Scene
+from ..core.solve.directional import DirectionalSettings
+from ..core.spherical.directional_format import DirectionalFormat
 from ..core.spherical.environment import from_function
-from ..core.texels.shading_normals import NormalMap, Relief
 from ..samples.scenes import build
+from ..tests.oracles.settings import flat_settings
 
 PICTURE = Path(__file__).parent.parent / "docs" / "pictures" / "options.png"
 _SCENE, _TARGET, _REACH = "suzanne", "Suzanne", 1.0
@@ -46,9 +50,9 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "front faces only": {"front_only": True},
     "ground": {},
     "normal map": {"normal_maps": True},
-    "bent normals": {"bent": Bent()},
-    "share of a sunset's light": {"estimators": (light(),)},
-    "code sh_3, 256 rays": {"coding": Coding(Code("sh", 3))},
+    "bent normals": {"bent": BentNormalMap()},
+    "share of a sunset's light": {"maps": (light(),)},
+    "code sh_3, 256 rays": {"code": DirectionalSettings(DirectionalFormat("sh", 3))},
 }
 
 
@@ -59,7 +63,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--size", type=int, default=512, help="texels a side (512)")
     chosen = parser.parse_args(arguments)
     build(_SCENE)
-    read = extract(bpy.context, bpy.context.view_layer, (_TARGET,), tangents=True)
+    read, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest((_TARGET,), tangents=True))
     scene = _with_waves(replace(read, environment=from_function(_sunset, 256)))
     scenes = {"ground": replace(scene, occluders=[*scene.occluders, ground_below(scene.targets)])}
     times: dict[str, list[float]] = {name: [] for name in OPTIONS}
@@ -81,8 +85,8 @@ def _with_waves(scene: Scene) -> Scene:
     v, u = (np.indices((512, 512)) + 0.5) / 512.0
     slopes = [0.7 * np.sin(80.0 * np.pi * u), 0.7 * np.sin(80.0 * np.pi * v), np.ones_like(u)]
     waves = unit(np.stack(slopes, axis=2))
-    relief = Relief(Picture((0.5 + 0.5 * waves).astype(np.float32)), mesh.tangents)
-    laid = NormalMap([relief], np.zeros(len(mesh.triangles), dtype=np.int32), mesh.uv)
+    layer = NormalMapLayer(ImageTexture((0.5 + 0.5 * waves).astype(np.float32)), mesh.tangents)
+    laid = NormalMap([layer], np.zeros(len(mesh.triangles), dtype=np.int32), mesh.uv)
     return replace(scene, targets=[replace(target, normal_map=laid)])
 
 
@@ -94,8 +98,8 @@ def _sunset(ways: Doubles) -> Doubles:
 
 
 def _bake(scene: Scene, values: Mapping[str, Any], size: int) -> Baked:
-    settings = {"estimators": (AO,), "width": size, "height": size, "error": 1 / 255, **values}
-    (baked,) = bake(scene, Settings(**settings))
+    settings = {"maps": (AO,), "width": size, "height": size, "error": 1 / 255, **values}
+    (baked,) = bake(scene, flat_settings(**settings))
     return baked
 
 
@@ -121,4 +125,4 @@ def _print(times: Mapping[str, Sequence[float]]) -> None:
 
 
 if __name__ == "__main__":
-    run_and_leave(main)
+    run_and_exit(main)

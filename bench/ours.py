@@ -8,12 +8,16 @@ from pathlib import Path
 
 import bpy
 
-from ..addon.job.bake_job import Options, Outcome, Result, bake_steps
+from ..addon.job.bake_job import BakeJob, bake_steps
+from ..addon.job.outcome import Outcome
 from ..addon.job.runner import run
-from ..core.bake import Baked, Settings
+from ..addon.output.result import Result
+from ..core.finish.baked import Baked
 from ..core.finish.map_files import Folder
+from ..core.options.values import told_by_images
 from ..core.progress import Progress
 from ..core.scene.scene import Instance
+from ..core.settings import Settings
 
 
 def bake_here(
@@ -28,12 +32,12 @@ def bake_here(
 
     def deliver(result: Result) -> None:
         if folder:
-            folder.write(result.baked, settings, folder.stem(result.name))
+            folder.write(result.baked, told_by_images(settings), folder.stem(result.name))
         results.append((result.target, result.baked))
 
     start = time.perf_counter()
     progress, outcome = Progress(len(names)), Outcome()
-    run(bake_steps(bpy.context, Options(tuple(names), settings), progress, outcome, deliver), progress)
+    run(bake_steps(bpy.context, BakeJob(tuple(names), settings), progress, outcome, deliver), progress)
     seconds = time.perf_counter() - start
     assert outcome.baker is not None
     return seconds, results, outcome.baker.device.description

@@ -10,10 +10,10 @@ import sys
 from typing import Any
 
 from ..addon.cli.hard_exit import leave
-from ..core.bake import Settings
 from ..core.rays.kernel_api import profile
 from ..core.rays.map_spec import AO, reflection
 from ..samples.scenes import SCENES, build
+from ..tests.oracles.settings import flat_settings
 from .ours import bake_here
 from .pages import ROOT, answer_of
 
@@ -67,7 +67,7 @@ def _child() -> None:
         target = build(name).targets[0]
         for rays in RAYS:
             before = profile()
-            bake_here([target], Settings((AO, reflection(10.0)), rays=rays))
+            bake_here([target], flat_settings((AO, reflection(10.0)), rays=rays))
             embree, everything = (after - start for after, start in zip(profile(), before, strict=True))
             shares.setdefault(name, []).append(embree / everything)
     print(json.dumps(shares))

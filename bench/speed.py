@@ -13,10 +13,10 @@ from typing import Any
 import bpy
 
 from ..addon.cli.hard_exit import leave
-from ..addon.compare.cycles import bake_ao
-from ..core.bake import Settings
+from ..addon.compare.cycles import CyclesSettings, bake_ao
 from ..core.rays.embree import OVERRIDE, candidates
 from ..samples.scenes import build
+from ..tests.oracles.settings import flat_settings
 from .ours import bake_here
 from .pages import answer_of
 
@@ -72,7 +72,7 @@ def _blender_embree() -> str:
 
 def _cycles() -> float:
     build("suzanne")
-    return bake_ao(bpy.context, OBJECT, (SIZE, SIZE), RAYS, None, os.cpu_count() or 1, 0).seconds
+    return bake_ao(bpy.context, OBJECT, CyclesSettings((SIZE, SIZE), RAYS, None, os.cpu_count() or 1, 0)).seconds
 
 
 def _ours_in_child(library: str) -> tuple[float, str]:
@@ -85,7 +85,7 @@ def _ours_in_child(library: str) -> tuple[float, str]:
 def _child() -> None:
     build("suzanne")
     with tempfile.TemporaryDirectory() as folder:
-        seconds, _, embree = bake_here([OBJECT], Settings(width=SIZE, height=SIZE, rays=RAYS), Path(folder))
+        seconds, _, embree = bake_here([OBJECT], flat_settings(width=SIZE, height=SIZE, rays=RAYS), Path(folder))
     print(json.dumps([seconds, embree]))
 
 

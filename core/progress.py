@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from .base.arrays import Floats
 from .base.errors import Cancelled
 from .rays.kernel_api import Control
-from .scene.scene import Floats, Instance
+from .scene.scene import Instance
 
 _EARLY = 0.03  # of a bake: before that what it took says little about what is left
 
@@ -91,3 +92,39 @@ class Progress:
         self.control.done = self.control.total = 0
         start, end = share
         self._span = ((self._finished + start) / self._objects, (self._finished + end) / self._objects)
+
+
+class Stages:
+    """The stages in which the maps of one object are made, as parts of the bar.
+
+    How many there will be nobody knows: each gets half of what is left, a bake of a given number of rays all of it.
+    """
+
+    def __init__(
+        self, progress: Progress, target: Instance, span: tuple[float, float], *, plain: bool, own: float = 0.0
+    ) -> None:
+        """target: as it lies in the texture. span: of the object's work. plain: whether all is done after one round of
+        rays. own: the share of the span that maps with rays of their own take, at its end."""
+        self._progress, self._target, self._plain = progress, target, plain
+        self._left, self._last = span
+        self._end = self._last - own * (self._last - self._left)
+
+    @property
+    def control(self) -> Control:
+        """What the running kernel call looks at."""
+        return self._progress.control
+
+    def enter(self, stage: str, *, rays: bool = False) -> Control:
+        """The next stage. rays: whether the kernel counts rays in it."""
+        start, end = self._left, self._end if self._plain else 0.5 * (self._left + self._end)
+        self._left = end
+        return self._progress.enter(f"{self._target.name}: {stage}", (start, end), rays=rays)
+
+    def enter_own(self, before: float, after: float) -> Control:
+        """The stage of a map with rays of its own, from one share of it to another."""
+        start, end = (self._end + share * (self._last - self._end) for share in (before, after))
+        return self._progress.enter(f"{self._target.name}: tracing the directional code", (start, end), rays=True)
+
+    def preview(self, values: Callable[[], Floats | None] | None) -> None:
+        """Show a map as it is being made; None: nothing more."""
+        self._progress.preview = None if values is None else Preview(self._target, values)

@@ -13,16 +13,21 @@ from pathlib import Path
 
 import bpy
 
-from ..addon.cli.hard_exit import run_and_leave
-from ..addon.compare.comparison import compare_with_cycles
-from ..addon.job.bake_job import Options, Outcome, Result, bake_steps
+from ..addon.cli.hard_exit import run_and_exit
+from ..addon.compare.comparison import Compared, compare_with_cycles
+from ..addon.job.bake_job import BakeJob, Deliver, bake_steps
+from ..addon.job.outcome import Outcome
 from ..addon.job.runner import run
-from ..core.bake import Settings
+from ..addon.output.result import Result
 from ..core.base.errors import InputError
 from ..core.finish.map_files import Folder
 from ..core.finish.report import Json, object_entry, whole_report, write_report
+from ..core.maps.occlusion import AMBIENT, OcclusionMap
+from ..core.options.values import told_by_images, told_by_reports
 from ..core.progress import Progress
-from ..core.rays.map_spec import AO, reflection
+from ..core.rays.map_spec import reflection
+from ..core.settings import ImageSettings, Settings
+from ..core.solve.solver import Goal
 from .scenes import SCENES, build
 
 COLUMNS = "scene      object         texels  seconds     ±AO  ±RO 10      bias   Cycles  ratio"
@@ -34,7 +39,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     unknown = [name for name in chosen.names if name not in SCENES]
     if unknown:
         raise InputError(f"{unknown[0]}: no such sample scene; choose from {', '.join(SCENES)}")
-    settings = Settings((AO, reflection(10.0)), chosen.size, chosen.size, chosen.rays)
+    maps = (AMBIENT, OcclusionMap(reflection(10.0)))
+    settings = Settings(maps, ImageSettings(chosen.size, chosen.size), Goal(chosen.rays))
     start = time.perf_counter()
     rows: list[str] = []
     reports = {name: _bake_scene(name, settings, chosen, rows) for name in chosen.names or SCENES}
@@ -66,26 +72,27 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
     entries: dict[str, Json] = {}
 
     def deliver(result: Result) -> None:
-        target, baked = result.target, result.baked
+        baked = result.baked
         start = time.perf_counter()
         stem = folder.stem(baked.name)
-        files = folder.write(baked, settings, stem)
+        files = folder.write(baked, told_by_images(settings), stem)
         baked.seconds["write"] = time.perf_counter() - start
         entry = entries[baked.name] = object_entry(baked, files)
         picture = folder.path / f"{stem}_ao_compared.png"
-        entry["cycles"] = compare_with_cycles(bpy.context, target, baked, settings, chosen.samples, None, picture)
+        compared = Compared(result.target, baked, settings)
+        entry["cycles"] = compare_with_cycles(bpy.context, compared, chosen.samples, picture)
 
     outcome = _run(sample.targets, settings, deliver)
     for target in sample.targets:
-        entries[target]["seconds_at_equal_samples"] = _seconds_of(target, replace(settings, estimators=(AO,)), chosen)
+        entries[target]["seconds_at_equal_samples"] = _seconds_of(target, replace(settings, maps=(AMBIENT,)), chosen)
         rows.append(_row(name, entries[target]))
     assert outcome.baker is not None
-    return whole_report(settings, outcome.baker.device, outcome.seconds, entries.values())
+    return whole_report(told_by_reports(settings), outcome.baker.device, outcome.clock.shared, entries.values())
 
 
-def _run(names: tuple[str, ...], settings: Settings, deliver: object) -> Outcome:
+def _run(names: tuple[str, ...], settings: Settings, deliver: Deliver) -> Outcome:
     progress, outcome = Progress(len(names)), Outcome()
-    run(bake_steps(bpy.context, Options(names, settings), progress, outcome, deliver), progress)  # type: ignore[arg-type]
+    run(bake_steps(bpy.context, BakeJob(names, settings), progress, outcome, deliver), progress)
     for line in (*outcome.notes, *outcome.refused):
         print(f"  {line}")
     return outcome
@@ -94,9 +101,13 @@ def _run(names: tuple[str, ...], settings: Settings, deliver: object) -> Outcome
 def _seconds_of(target: str, settings: Settings, chosen: argparse.Namespace) -> float:
     """Our seconds from the button to the texture for AO alone with as many rays as Cycles takes samples."""
     folder = Folder(chosen.output / "timing")
-    equal = replace(settings, rays=chosen.samples)
+    equal = replace(settings, goal=replace(settings.goal, rays=chosen.samples))
+
+    def deliver(result: Result) -> None:
+        folder.write(result.baked, told_by_images(equal), "timing")
+
     start = time.perf_counter()
-    _run((target,), equal, lambda result: folder.write(result.baked, equal, "timing"))
+    _run((target,), equal, deliver)
     return time.perf_counter() - start
 
 
@@ -111,4 +122,4 @@ def _row(scene: str, entry: Json) -> str:
 
 
 if __name__ == "__main__":
-    run_and_leave(main)
+    run_and_exit(main)

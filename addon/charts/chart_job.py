@@ -10,14 +10,17 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...core.base.arrays import Doubles, Floats
 from ...core.base.errors import InputError, NoUnwrapper
-from ...core.base.timing import timed
+from ...core.base.timing import Stopwatch
 from ...core.charts.unwrap import Charts, has_unwrapper
-from ...core.charts.unwrap_process import unwrap_apart
+from ...core.charts.unwrap_process import unwrap_in_process
 from ...core.progress import Progress
-from ...core.scene.scene import Doubles, Floats
-from ..read.scene_reader import BaseTriangles, base_triangles, check_room, matrix_of, object_mode, synced, write_uv
+from ..read.blender_state import object_mode, synced
+from ..read.scene_reader import matrix_of
+from ..typed import library_of, mesh_of, view_layer_in
 from .smart_project import smart_unwrap
+from .uv_maps import BaseTriangles, base_triangles, check_room, write_uv
 
 CHARTS, SMART = "charts", "smart"  # as the UV map of the options: make one, by xatlas or by Blender
 CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"  # and what it is called
@@ -34,24 +37,15 @@ def layer_of(uv: str | None) -> str | None:
 _Unwraps = Generator[Callable[[], Any], Any, None]
 
 
-@dataclass
-class Charting:
-    """What charts to make, and what became of it. uv: as in the job's options. atlas: its name, or empty. smart: by
-    Blender where there is no xatlas. size: of the image.
-
-    layer: the UV map to bake onto, None for each mesh's active one. made: the objects whose mesh was given charts.
-    refused: by the name of the object that cannot have any.
-    """
+@dataclass(frozen=True)
+class ChartRequest:
+    """What charts to make. uv: as in the job's options. atlas: its name, or empty. smart: by Blender where there is no
+    xatlas. size: of the image."""
 
     uv: str | None = None
     atlas: str = ""
     smart: bool = False
     size: tuple[int, int] = (1024, 1024)
-    layer: str | None = None
-    made: list[str] = field(default_factory=list)
-    notes: list[str] = field(default_factory=list)
-    refused: dict[str, InputError] = field(default_factory=dict)
-    seconds: dict[str, float] = field(default_factory=dict)
 
     @property
     def by_blender(self) -> bool:
@@ -59,52 +53,70 @@ class Charting:
         return self.uv == SMART or (self.smart and not has_unwrapper())
 
     @property
-    def where(self) -> str:
+    def layer(self) -> str:
         """The UV map for charts."""
         return ATLAS_MAP if self.atlas else CHART_MAP
 
 
-def chart_steps(context: bpy.types.Context, names: Sequence[str], charting: Charting, progress: Progress) -> _Unwraps:
+@dataclass
+class ChartJob:
+    """What became of a request for charts, filled while the work goes on.
+
+    layer: the UV map to bake onto, None for each mesh's active one. made: the objects whose mesh was given charts.
+    refused: by the name of the object that cannot have any. clock: tells how long each layout took.
+    """
+
+    request: ChartRequest = ChartRequest()
+    layer: str | None = None
+    made: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    refused: dict[str, InputError] = field(default_factory=dict)
+    clock: Stopwatch = field(default_factory=Stopwatch)
+
+
+def chart_steps(context: bpy.types.Context, names: Sequence[str], charting: ChartJob, progress: Progress) -> _Unwraps:
     """Give chart UVs to the meshes of the named objects that need them; for a `Runner`. Raises Cancelled."""
-    charting.layer = layer_of(charting.uv)
-    objects = synced(context.view_layer)
+    charting.layer = layer_of(charting.request.uv)
+    objects = synced(view_layer_in(context))
     found = [objects[name] for name in names if name in objects and _has_faces(objects[name])]
-    wanting = [obj for obj in found if _wants_charts(obj, charting)]
-    if charting.atlas and wanting:  # one is enough: the maps of the others leave no room for its charts
-        charting.layer = charting.where
+    wanting = [obj for obj in found if _wants_charts(obj, charting.request)]
+    if charting.request.atlas and wanting:  # one is enough: the maps of the others leave no room for its charts
+        charting.layer = charting.request.layer
         yield from _charts_of(context, _fit_for_atlas(context, found, charting), charting, progress)
-    elif not charting.atlas:
+    elif not charting.request.atlas:
         for sharing in _by_mesh(wanting):
             yield from _charts_of(context, sharing, charting, progress)
 
 
 def _has_faces(obj: bpy.types.Object) -> bool:
-    return obj is not None and obj.type == "MESH" and len(obj.data.polygons) > 0  # else reading the scene says why
+    return obj is not None and obj.type == "MESH" and len(mesh_of(obj).polygons) > 0  # else reading the scene says why
 
 
-def _wants_charts(obj: bpy.types.Object, charting: Charting) -> bool:
-    layers = obj.data.uv_layers
-    own = own_active(obj.data) is not None
-    return charting.uv in (CHARTS, SMART) or (charting.uv is None and (len(layers) == 0 or own))
+def _wants_charts(obj: bpy.types.Object, request: ChartRequest) -> bool:
+    layers = mesh_of(obj).uv_layers
+    own = own_active(mesh_of(obj)) is not None
+    return request.uv in (CHARTS, SMART) or (request.uv is None and (len(layers) == 0 or own))
 
 
 def _by_mesh(objects: Sequence[bpy.types.Object]) -> list[list[str]]:
     """Names of the objects; those that share a mesh together."""
     found: dict[int, list[str]] = {}
     for obj in objects:
-        found.setdefault(obj.data.as_pointer(), []).append(obj.name)
+        found.setdefault(mesh_of(obj).as_pointer(), []).append(obj.name)
     return list(found.values())
 
 
-def _charts_of(context: bpy.types.Context, names: list[str], charting: Charting, progress: Progress) -> _Unwraps:
+def _charts_of(context: bpy.types.Context, names: list[str], charting: ChartJob, progress: Progress) -> _Unwraps:
     """Charts for objects of one mesh, or of an atlas; where they cannot have any, those are refused."""
     if not names:
         return
-    title = charting.atlas or names[0]
+    title = charting.request.atlas or names[0]
     progress.enter(f"{title}: making UV charts")
     try:
-        with timed(charting.seconds, f"charts of {title}"):
-            said = yield from _make(context, title, names if charting.atlas else names[:1], charting, progress)
+        with charting.clock.stage(f"charts of {title}"):
+            said = yield from _make(
+                context, title, names if charting.request.atlas else names[:1], charting.request, progress
+            )
     except InputError as refusal:
         charting.refused.update(dict.fromkeys(names, refusal))
         return
@@ -114,46 +126,46 @@ def _charts_of(context: bpy.types.Context, names: list[str], charting: Charting,
 
 
 def _make(
-    context: bpy.types.Context, title: str, names: list[str], charting: Charting, progress: Progress
+    context: bpy.types.Context, title: str, names: list[str], request: ChartRequest, progress: Progress
 ) -> Generator[Callable[[], Any], Any, str]:
     """One layout for the meshes of these objects. Returns what to say of it, nothing where one made before fits."""
-    parts = _parts(context, names, charting)
-    for by_blender in _accepted(charting):
-        mark = _fingerprint(parts, charting, by_blender)
-        if all(_fits(part.mesh, charting, f"{mark}{i}") for i, part in enumerate(parts)):
+    parts = _parts(context, names, request)
+    for by_blender in _accepted(request):
+        mark = _fingerprint(parts, request, by_blender)
+        if all(_fits(part.mesh, request, f"{mark}{i}") for i, part in enumerate(parts)):
             for part in parts:
-                _prefer(part.mesh, charting.where)
+                _prefer(part.mesh, request.layer)
             return ""
     for part in parts:
         _refuse_linked(part.obj)
-    mark = _fingerprint(parts, charting, charting.by_blender)
-    if charting.by_blender:
-        margin = _PADDING / min(charting.size)
-        layouts = smart_unwrap(context, [part.obj for part in parts], margin, in_world=bool(charting.atlas))
-        said = f"charts by Smart UV Project in the UV map {charting.where}"
+    mark = _fingerprint(parts, request, request.by_blender)
+    if request.by_blender:
+        margin = _PADDING / min(request.size)
+        layouts = smart_unwrap(context, [part.obj for part in parts], margin, in_world=bool(request.atlas))
+        said = f"charts by Smart UV Project in the UV map {request.layer}"
     else:
-        charts = yield from _unwrapped(title, parts, charting, progress)
+        charts = yield from _unwrapped(title, parts, request, progress)
         layouts = np.split(charts.uv, np.cumsum([len(part.base.triangles) for part in parts])[:-1])
         said = (
-            f"{charts.count} charts in the UV map {charting.where}, stretch {charts.stretch.l2:.3f}, "
+            f"{charts.count} charts in the UV map {request.layer}, stretch {charts.stretch.l2:.3f}, "
             f"{100.0 * charts.utilisation:.0f} % of the image used"
         )
-    again = _parts(context, names, charting)  # the artist, or an undo, may have been at it
-    if _fingerprint(again, charting, charting.by_blender) != mark:
+    again = _parts(context, names, request)  # the artist, or an undo, may have been at it
+    if _fingerprint(again, request, request.by_blender) != mark:
         raise InputError(f"{title}: it was changed while its charts were made; start again")
     with object_mode(context):
         for i, (part, layout) in enumerate(zip(again, layouts, strict=True)):
-            write_uv(context, part.obj, charting.where, layout, part.base.loops)
-            part.mesh[MARKS[charting.where]] = f"{mark}{i}"
-            _prefer(part.mesh, charting.where)
+            write_uv(context, part.obj, request.layer, layout, part.base.loops)
+            part.mesh[MARKS[request.layer]] = f"{mark}{i}"
+            _prefer(part.mesh, request.layer)
     return f"{title}: {said}"
 
 
-def _accepted(charting: Charting) -> list[bool]:
+def _accepted(request: ChartRequest) -> list[bool]:
     """Whose charts, made before, may stay: by Blender or not."""
-    if charting.by_blender:
+    if request.by_blender:
         return [True]
-    return [False] if charting.uv == CHARTS and has_unwrapper() else [False, True]
+    return [False] if request.uv == CHARTS and has_unwrapper() else [False, True]
 
 
 def own_active(mesh: bpy.types.Mesh) -> str | None:
@@ -164,11 +176,11 @@ def own_active(mesh: bpy.types.Mesh) -> str | None:
 
 def _prefer(mesh: bpy.types.Mesh, name: str) -> None:
     """Of our own maps the last that was baked onto is active; an artist's stays so."""
-    if mesh.library is None and own_active(mesh) is not None:
+    if library_of(mesh) is None and own_active(mesh) is not None:
         mesh.uv_layers.active = mesh.uv_layers[name]
 
 
-def _fit_for_atlas(context: bpy.types.Context, objects: Sequence[bpy.types.Object], charting: Charting) -> list[str]:
+def _fit_for_atlas(context: bpy.types.Context, objects: Sequence[bpy.types.Object], charting: ChartJob) -> list[str]:
     """Names of the objects whose meshes can have charts in it; the others are refused."""
     fit: list[str] = []
     taken: dict[int, str] = {}
@@ -176,13 +188,13 @@ def _fit_for_atlas(context: bpy.types.Context, objects: Sequence[bpy.types.Objec
         for obj in objects:
             try:
                 _refuse_linked(obj)
-                if (other := taken.setdefault(obj.data.as_pointer(), obj.name)) != obj.name:
+                if (other := taken.setdefault(mesh_of(obj).as_pointer(), obj.name)) != obj.name:
                     raise InputError(
                         f"{obj.name}: it shares its mesh with {other}, and in an atlas each needs UVs of its own; make "
                         "it a single user (Object > Relations > Make Single User > Object & Data)"
                     )
-                _parts(context, [obj.name], charting)
-                check_room(obj, charting.where)
+                _parts(context, [obj.name], charting.request)
+                check_room(obj, charting.request.layer)
             except InputError as refusal:
                 charting.refused[obj.name] = refusal
             else:
@@ -191,7 +203,7 @@ def _fit_for_atlas(context: bpy.types.Context, objects: Sequence[bpy.types.Objec
 
 
 def _unwrapped(
-    title: str, parts: Sequence[_Part], charting: Charting, progress: Progress
+    title: str, parts: Sequence[_Part], request: ChartRequest, progress: Progress
 ) -> Generator[Callable[[], Any], Any, Charts]:
     if not has_unwrapper():
         raise NoUnwrapper(title)
@@ -200,9 +212,12 @@ def _unwrapped(
     vertices = np.concatenate([part.vertices for part in parts])
     triangles = np.concatenate([part.base.triangles + start for part, start in zip(parts, starts, strict=False)])
     polygons = np.concatenate([part.base.polygons + start for part, start in zip(parts, faces, strict=False)])
-    charts: Charts = yield lambda: unwrap_apart(
-        *(title, vertices, triangles.astype(np.int32), polygons.astype(np.int32)),
-        size=charting.size,
+    charts: Charts = yield lambda: unwrap_in_process(
+        title,
+        vertices,
+        triangles.astype(np.int32),
+        polygons.astype(np.int32),
+        size=request.size,
         padding=_PADDING,
         cancelled=lambda: bool(progress.control.cancel),
     )
@@ -220,12 +235,12 @@ class _Part:
     @property
     def mesh(self) -> bpy.types.Mesh:
         """The object's."""
-        return self.obj.data
+        return mesh_of(self.obj)
 
 
-def _parts(context: bpy.types.Context, names: Sequence[str], charting: Charting) -> list[_Part]:
+def _parts(context: bpy.types.Context, names: Sequence[str], request: ChartRequest) -> list[_Part]:
     """Raises InputError for an object that is not there by now, and for one that an atlas cannot hold."""
-    objects, parts = synced(context.view_layer), []
+    objects, parts = synced(view_layer_in(context)), []
     with object_mode(context):
         for name in names:
             obj = objects.get(name)
@@ -233,7 +248,7 @@ def _parts(context: bpy.types.Context, names: Sequence[str], charting: Charting)
                 raise InputError(f"{name}: it was changed while its charts were made; start again")
             base = base_triangles(context, obj)
             vertices = base.vertices
-            if charting.atlas:
+            if request.atlas:
                 vertices = (vertices @ _stretch_of(name, obj).T).astype(np.float32)
                 if not np.isfinite(vertices).all():
                     raise InputError(f"{name}: some vertices are not finite numbers; delete them, or leave it out")
@@ -256,21 +271,21 @@ def _stretch_of(name: str, obj: bpy.types.Object) -> Doubles:
 
 def _refuse_linked(obj: bpy.types.Object) -> None:
     """Before minutes of unwrapping, what `write_uv` would say after."""
-    if obj.data.library is not None:
-        where = obj.data.library.filepath
+    if (library := library_of(mesh_of(obj))) is not None:
+        where = library.filepath
         raise InputError(
             f"{obj.name}: its mesh is linked from {where} and can be given no UV map; make it local or unwrap it there"
         )
 
 
-def _fits(mesh: bpy.types.Mesh, charting: Charting, mark: str) -> bool:
+def _fits(mesh: bpy.types.Mesh, request: ChartRequest, mark: str) -> bool:
     """Whether the charts made before are those of now."""
-    return mesh.get(MARKS[charting.where]) == mark and charting.where in mesh.uv_layers
+    return mesh.get(MARKS[request.layer]) == mark and request.layer in mesh.uv_layers
 
 
-def _fingerprint(parts: Sequence[_Part], charting: Charting, by_blender: bool) -> str:
+def _fingerprint(parts: Sequence[_Part], request: ChartRequest, by_blender: bool) -> str:
     """Tells whether charts made before still fit."""
-    how = repr((charting.size, SMART)) if by_blender else repr(charting.size)
+    how = repr((request.size, SMART)) if by_blender else repr(request.size)
     digest = hashlib.blake2b(how.encode(), digest_size=16)
     for part in parts:
         for array in (part.vertices, part.base.triangles, part.base.polygons):

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
-from ...core.scene.scene import Floats
+from ...core.base.arrays import Floats
+from ..typed import found_in, mesh_of
 from .chart_job import MARKS
 
 
@@ -25,27 +26,27 @@ _ChartMaps = dict[str, _ChartMap]  # by the UV map's name
 
 
 @contextmanager
-def charts_on_trial(view_layer: bpy.types.ViewLayer, names: tuple[str, ...], kept: list[str]) -> Iterator[None]:
+def chart_rollback(view_layer: bpy.types.ViewLayer, names: tuple[str, ...], kept: list[str]) -> Iterator[None]:
     """Put back the chart maps of all named objects that are not among the kept in the end; they share no mesh with one.
 
     kept: filled by the work inside.
     """
-    before = {name: _read(view_layer.objects[name].data) for name in names}
+    before = {name: _read(mesh_of(view_layer.objects[name])) for name in names}
     try:
         yield
     finally:
-        objects = {name: bpy.data.objects.get(name) for name in names}  # less those that the artist has removed
-        used = {objects[name].data for name in kept if objects.get(name)}
+        objects = {name: found_in(bpy.data.objects, name) for name in names}  # less those that the artist has removed
+        used = {obj.data for name in kept if (obj := objects.get(name))}
         for name, obj in objects.items():
             if obj is not None and obj.data not in used:
                 for layer, chart_map in before[name].items():
-                    _restore(obj.data, layer, chart_map)
+                    _restore(mesh_of(obj), layer, chart_map)
 
 
 def _read(mesh: bpy.types.Mesh) -> _ChartMaps:
     found = {}
     for name, mark in MARKS.items():
-        layer, uv = mesh.uv_layers.get(name), None
+        layer, uv = found_in(mesh.uv_layers, name), None
         if layer is not None:
             uv = np.empty((len(layer.uv), 2), dtype=np.float32)
             layer.uv.foreach_get("vector", uv.reshape(-1))
@@ -61,7 +62,7 @@ def _restore(mesh: bpy.types.Mesh, name: str, before: _ChartMap) -> None:
         del mesh[mark]
     else:
         mesh[mark] = before.mark
-    layer = mesh.uv_layers.get(name)
+    layer = found_in(mesh.uv_layers, name)
     if layer is not None and before.uv is None:
         mesh.uv_layers.remove(layer)
     elif layer is not None and before.uv is not None and len(layer.uv) == len(before.uv):

@@ -9,8 +9,10 @@ from math import radians
 import bpy
 import numpy as np
 
-from ...core.scene.scene import Floats
-from ..read.scene_reader import corners_of, object_mode, synced
+from ...core.base.arrays import Floats
+from ..read.blender_state import object_mode, synced
+from ..read.mesh_arrays import corners_of
+from ..typed import mesh_of, scene_in, view_layer_in
 
 _ANGLE = radians(66.0)  # the operator's default: faces that turn more part
 
@@ -33,7 +35,7 @@ def smart_unwrap(
             )
         finally:
             bpy.ops.object.mode_set(mode="OBJECT")
-        return [_layout(copy.data) for copy in copies]
+        return [_layout(mesh_of(copy)) for copy in copies]
 
 
 def _enter_edit_mode(context: bpy.types.Context) -> None:
@@ -47,7 +49,7 @@ def _copies(
     context: bpy.types.Context, objects: Sequence[bpy.types.Object], in_world: bool
 ) -> Iterator[list[bpy.types.Object]]:
     """Copies of objects, without modifiers, alone selected in the scene for the time."""
-    scene, view_layer = context.scene, context.view_layer
+    scene, view_layer = scene_in(context), view_layer_in(context)
     active = view_layer.objects.active
     selected = [obj for obj in synced(view_layer) if obj.select_get()]
     copies: list[bpy.types.Object] = []
@@ -55,14 +57,15 @@ def _copies(
         for obj in selected:
             obj.select_set(False)
         for obj in objects:
-            copy = bpy.data.objects.new(obj.name, obj.data.copy())
+            mesh = mesh_of(obj).copy()
+            copy = bpy.data.objects.new(obj.name, mesh)
             copies.append(copy)
-            if copy.data.shape_keys is not None:  # or Edit Mode would show one of them
+            if mesh.shape_keys is not None:  # or Edit Mode would show one of them
                 copy.shape_key_clear()
-            copy.data.materials.clear()  # the operator corrects for the aspect of their textures
+            mesh.materials.clear()  # the operator corrects for the aspect of their textures
             if in_world:  # the operator does not look at the objects' scale
-                copy.data.transform(obj.matrix_world)
-            _bare(copy.data)
+                mesh.transform(obj.matrix_world)
+            _bare(mesh)
             scene.collection.objects.link(copy)
             copy.select_set(True)
         view_layer.objects.active = copies[0]
@@ -70,7 +73,7 @@ def _copies(
         yield copies
     finally:
         for copy in copies:
-            mesh = copy.data
+            mesh = mesh_of(copy)
             bpy.data.objects.remove(copy)
             bpy.data.meshes.remove(mesh)
         synced(view_layer)

@@ -17,12 +17,11 @@ from typing import Any, TextIO
 
 import bpy
 
-from ...core.bake import Baked, Settings
 from ...core.base.errors import Cancelled, InputError
 from ...core.charts.udim import FIRST
+from ...core.finish.baked import Baked
 from ...core.finish.image_file import check_channel, write_channel
 from ...core.finish.map_files import Folder, check_file, check_image, clean_name, whole_path, write_coverage
-from ...core.finish.map_images import is_one_grey
 from ...core.finish.report import (
     Json,
     error_in_words,
@@ -32,17 +31,22 @@ from ...core.finish.report import (
     whole_report,
     write_report,
 )
+from ...core.options.values import told_by_images, told_by_reports
 from ...core.progress import Progress
 from ...core.scene.scene import Instance
+from ...core.settings import Settings
 from ..charts.chart_job import layer_of
-from ..compare.comparison import compare_with_cycles
-from ..job.bake_job import Options, Outcome, Result, bake_steps, meshes_in_render
+from ..compare.comparison import Compared, compare_with_cycles
+from ..job.bake_job import BakeJob, Layout, bake_steps, meshes_in_render
+from ..job.job_clock import CYCLES
+from ..job.outcome import Outcome
 from ..job.runner import run
 from ..output.color_attributes import store_colours
+from ..output.result import Result
 from ..read.high_low_pairs import Pairing, paired_by_name, paired_with
 from ..read.occluder_filter import named
 from .import_file import load
-from .options import parser, settings_of
+from .options import parsed, parser, settings_of
 
 NAME = "occlusion_bake"
 _CLEAR = "\r\x1b[K"
@@ -82,14 +86,14 @@ def _guarded(body: Callable[[], None]) -> int:
 
 
 def _load_and_bake(argv: Sequence[str]) -> None:
-    options = parser(f"python -m {NAME}", with_file=True).parse_args(argv)
+    options = parsed(parser(f"python -m {NAME}", with_file=True), argv)
     settings_of(options)  # what is wrong with the options is said before a large file is read
     load(options.file)
     _bake(options)
 
 
 def _bake_loaded(argv: Sequence[str]) -> None:
-    _bake(parser(f"blender -c {NAME}", with_file=False).parse_args(argv))
+    _bake(parsed(parser(f"blender -c {NAME}", with_file=False), argv))
 
 
 def _bake(options: Any) -> None:
@@ -101,10 +105,10 @@ def _bake(options: Any) -> None:
     if options.into:
         _check_into(options, chosen)
     elsewhere = options.into or options.color_attributes
-    folder = None if elsewhere else Folder(options.output, options.format, options.depth, options.dither)
+    folder = None if elsewhere else Folder(options.folder, options.format, options.depth, options.use_dither)
     progress = Progress(len(names))
     outcome = Outcome()
-    writer = _Writer(context, options, chosen, folder)
+    writer = _Writer(context, options, chosen, folder, outcome)
     steps = bake_steps(context, chosen, progress, outcome, writer.deliver)
     try:
         run(steps, progress, _Line().show)
@@ -123,14 +127,14 @@ def _bake(options: Any) -> None:
         raise InputError(f"{len(writer.uncompared)} of {len(names)} objects not compared; {writer.uncompared[0]}")
 
 
-def _check_into(options: Any, chosen: Options) -> None:
+def _check_into(options: Any, chosen: BakeJob) -> None:
     path, channel = options.into
-    if (len(chosen.objects) > 1 and not chosen.atlas) or not is_one_grey(chosen.settings):
+    if (len(chosen.objects) > 1 and not chosen.layout.atlas) or not chosen.settings.is_one_grey:
         raise InputError(f"--into {path}:{channel}: a channel takes one grey map of one object; choose one of each")
-    check_channel(path, channel, (chosen.settings.width, chosen.settings.height))
+    check_channel(path, channel, chosen.settings.image.size)
 
 
-def _chosen(context: Any, options: Any, settings: Settings) -> Options:
+def _chosen(context: Any, options: Any, settings: Settings) -> BakeJob:
     """What to bake, from what, and who occludes."""
     names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
     pairing = Pairing(names)
@@ -138,23 +142,21 @@ def _chosen(context: Any, options: Any, settings: Settings) -> Options:
         pairing = paired_by_name(context.view_layer.objects, names, options.extrusion)
     elif options.highs:
         pairing = paired_with(names[0], options.highs, options.cage or "", options.extrusion)
-    occluding = replace(named(options.occluders, ground=options.ground), less=pairing.less)
-    return Options(
+    occluding = replace(named(options.occluders, ground=options.use_ground), excluded=pairing.excluded)
+    return BakeJob(
         pairing.targets,
         settings,
         options.uv,
         occluding,
-        highs=pairing.highs,
-        colours=options.color_attributes is not None,
-        atlas=options.atlas or "",
-        tiled=options.udim and not options.into,
+        pairing.highs,
+        Layout(options.atlas or "", options.use_udim and not options.into, options.color_attributes is not None),
     )
 
 
 def _place_files(options: Any) -> None:
     """Make the options' paths whole, and refuse before the bake what could not be written after it."""
     scene_file = bpy.data.filepath or getattr(options, "file", "")
-    options.output = whole_path(options.output, scene_file)
+    options.folder = whole_path(options.folder, scene_file)
     if options.report:
         options.report = whole_path(options.report, scene_file)
         check_file(options.report)
@@ -178,8 +180,7 @@ def _all_meshes(view_layer: Any) -> list[str]:
 
 def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -> None:
     assert outcome.baker is not None  # something has been baked
-    seconds = {**outcome.seconds, "total": outcome.seconds["total"] - writer.cycles_seconds}
-    report = whole_report(settings, outcome.baker.device, seconds, writer.entries)
+    report = whole_report(told_by_reports(settings), outcome.baker.device, outcome.clock.shared, writer.entries)
     more = {"occluders": outcome.occluders, "notes": outcome.notes, "refused": outcome.refused}
     write_report(path, {**report, **more})
 
@@ -187,13 +188,13 @@ def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -
 class _Writer:
     """Takes each baked object: writes its files, compares, keeps its entry for the report, prints its line."""
 
-    def __init__(self, context: Any, options: Any, chosen: Options, folder: Folder | None) -> None:
+    def __init__(self, context: Any, options: Any, chosen: BakeJob, folder: Folder | None, outcome: Outcome) -> None:
         self.entries: list[Json] = []
-        self.cycles_seconds = 0.0
+        self._clock = outcome.clock
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
         self._context, self._options, self._chosen, self._settings = context, options, chosen, chosen.settings
         self._said: set[str] = set()
-        self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.atlas
+        self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.layout.atlas
 
     def deliver(self, result: Result) -> None:
         stem = self._folder.stem(result.name) if self._folder else clean_name(result.name)
@@ -201,15 +202,15 @@ class _Writer:
         if len(result.targets) > 1:
             entries[0]["objects"] = [target.name for target in result.targets]
         self.entries += entries
-        if result.name in self._chosen.highs and self._options.compare_cycles:
+        if result.name in self._chosen.highs and self._options.cycles_samples:
             self.uncompared.append(
                 f"{result.name}: Cycles is compared with on an object's own surface; leave out its highs"
             )
-        elif self._options.compare_cycles and result.baked.tile not in (None, FIRST):
+        elif self._options.cycles_samples and result.baked.tile not in (None, FIRST):
             self.uncompared.append(
                 f"{result.name}: it has no texel in tile {FIRST}, which alone is compared; move its UVs"
             )
-        elif self._options.compare_cycles:
+        elif self._options.cycles_samples:
             self._compare(result.target, result.baked, stem, entries[0])
 
     def _write(self, result: Result, baked: Baked, stem: str) -> Json:
@@ -229,29 +230,26 @@ class _Writer:
     def _put(self, result: Result, baked: Baked, stem: str) -> dict[str, Path]:
         """The maps to where they go; returns the files."""
         if self._folder is not None:
-            return self._folder.write(baked, self._settings, stem)
+            return self._folder.write(baked, told_by_images(self._settings), stem)
         if self._options.into is None:
             store_colours(self._context.view_layer.objects[result.name], result.target, baked)
             return {}
         path, channel = self._options.into
         ((name, made),) = baked.maps.items()
-        write_channel(path, made.values, channel, dither=self._options.dither)
+        write_channel(path, made.values, channel, dither=self._options.use_dither)
         return {name: path}
 
     def _compare(self, target: Instance, baked: Baked, stem: str, entry: Json) -> None:
-        start = time.perf_counter()
-        samples, picture = self._options.compare_cycles, self._folder.path / f"{stem}_ao_compared.png"  # type: ignore[union-attr]
+        assert self._folder is not None
+        samples, picture = self._options.cycles_samples, self._folder.path / f"{stem}_ao_compared.png"
         _say(f"{baked.name}: baking with Cycles, {samples} samples …")
+        compared = Compared(target, baked, self._settings, self._chosen.occluding, layer_of(self._options.uv))
         try:
-            cycles = compare_with_cycles(
-                *(self._context, target, baked, self._settings, samples, layer_of(self._options.uv), picture),
-                self._chosen.occluding,
-            )
+            with self._clock.stage(CYCLES):
+                cycles = compare_with_cycles(self._context, compared, samples, picture)
         except InputError as refusal:  # the others go on
             self.uncompared.append(str(refusal))
             return
-        finally:
-            self.cycles_seconds += time.perf_counter() - start
         entry["cycles"] = cycles
         _say(
             f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {times_as_long(entry):.1f} times as "
@@ -276,7 +274,7 @@ def _save_charts(outcome: Outcome, options: Any) -> None:
     if set(outcome.charting.made).isdisjoint(outcome.finished):
         return
     source = Path(getattr(options, "file", None) or bpy.data.filepath or "scene")
-    folder = options.into[0].parent if options.into else options.output
+    folder = options.into[0].parent if options.into else options.folder
     path = folder.resolve() / f"{clean_name(source.stem + '_charts')}.blend"
     _save_copy(path, "new UV maps")
     outcome.notes.append(f"a copy of the scene with the new UV maps is {path}")

@@ -20,7 +20,7 @@ def leave(status: int) -> NoReturn:
     os._exit(status)
 
 
-def run_and_leave(main: Callable[[Sequence[str]], int]) -> NoReturn:
+def run_and_exit(main: Callable[[Sequence[str]], int]) -> NoReturn:
     """Run a command line's `main` and leave with its status; bad input ends it with one line and status 2."""
     try:
         status = main(sys.argv[1:])

@@ -7,30 +7,22 @@ alpha still lets light through while no material, shared or linked, is touched.
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix
-from numpy.typing import NDArray
 
+from ...core.base.arrays import Flags, Floats
 from ...core.base.errors import InputError
-from ...core.scene.scene import Floats, Instance
-from ..read.scene_reader import bake_override, borrow, object_mode, passing_object, silenced, synced
+from ...core.scene.scene import Instance
+from ..read.bake_operator import INTO_IMAGE, with_texture
+from ..read.blender_state import bake_override, object_mode, passing_object, silenced, synced, temporary_attributes
+from ..typed import library_of, mesh_of, pixels_in, scene_in, view_layer_in
 
 UNLIMITED = 1e20  # farther than any scene; Cycles takes 0 for all open, and has no setting for none
-# How the bake operator fills an image of ours: its active one, as it is, no margin.
-INTO_IMAGE: Any = {
-    "target": "IMAGE_TEXTURES",
-    "save_mode": "INTERNAL",
-    "margin": 0,
-    "use_clear": False,
-    "use_selected_to_active": False,
-    "use_split_materials": False,
-}
 UNTOUCHED = -1.0  # no occlusion value: what a texel still holds that Cycles did not bake
 
 
@@ -40,43 +32,52 @@ class CyclesBake:
     baked. seconds: the bake operator alone, its scene export among them."""
 
     values: Floats
-    coverage: NDArray[np.bool_]
+    coverage: Flags
     seconds: float
+
+
+@dataclass(frozen=True)
+class CyclesSettings:
+    """size: width and height in texels. distance: rays end there, in scene units; None for no limit."""
+
+    size: tuple[int, int]
+    samples: int
+    distance: float | None
+    threads: int
+    seed: int
 
 
 def bake_ao(
     context: bpy.types.Context,
     object_name: str,
-    size: tuple[int, int],
-    samples: int,
-    distance: float | None,
-    threads: int,
-    seed: int,
+    settings: CyclesSettings,
     uv: str | None = None,
+    *,
     hidden: Collection[str] = (),
     ground: Instance | None = None,
 ) -> CyclesBake:
     """Bake the object's ambient occlusion with Cycles and put everything back, also after a failure.
 
-    size: width and height in texels. distance: rays end there, in scene units; None for no limit. uv: the UV map, by
-    default the active one. hidden: objects that occlude nothing, nor do instances of them. ground: occludes beside what
-    is in the scene. Raises InputError, a line naming the object, where Cycles refuses or is not enabled.
+    uv: the UV map, by default the active one. hidden: objects that occlude nothing, nor do instances of them. ground:
+    occludes beside what is in the scene. Raises InputError, a line naming the object, where Cycles refuses or is not
+    enabled.
     """
     obj = _object(context, object_name, uv)
     with ExitStack() as stack:
         stack.enter_context(object_mode(context))
         stack.enter_context(silenced("object_bake_pre", "object_bake_complete", "object_bake_cancel"))
-        image = stack.enter_context(_image(size))
-        world = stack.enter_context(_world(UNLIMITED if distance is None else distance))
+        image = stack.enter_context(_image(settings.size))
+        world = stack.enter_context(_world(UNLIMITED if settings.distance is None else settings.distance))
         stack.enter_context(_local_mesh(obj))
         stack.enter_context(_materials(obj, image))
+        scene, view_layer = scene_in(context), view_layer_in(context)
         if ground is not None:
-            stack.enter_context(_standing(context.scene, ground))
+            stack.enter_context(_standing(scene, ground))
         for name in hidden:
-            borrow(stack, context.view_layer.objects[name], visible_shadow=False)
-        _match(stack, context.scene, obj, samples, threads, seed)
-        borrow(stack, context.scene, world=world)
-        stack.enter_context(bake_override(context, obj, context.scene, context.view_layer))
+            temporary_attributes(stack, view_layer.objects[name], visible_shadow=False)
+        _match(stack, scene, obj, settings)
+        temporary_attributes(stack, scene, world=world)
+        stack.enter_context(bake_override(context, obj, scene, view_layer))
         seconds = _bake(obj, uv)
         values = _pixels(image)
     coverage = values != UNTOUCHED
@@ -84,38 +85,44 @@ def bake_ao(
 
 
 def _object(context: bpy.types.Context, name: str, uv: str | None) -> bpy.types.Object:
-    obj = synced(context.view_layer).get(name)
+    obj: bpy.types.Object | None = synced(view_layer_in(context)).get(name)
     if obj is None or obj.type != "MESH":
         raise InputError(f"{name}: no such mesh object in the view layer; check the name")
-    if obj.library is not None:
+    if library_of(obj) is not None:
         raise InputError(f"{name}: Cycles bakes no object linked from a library; make it local first")
-    if uv is not None and uv not in obj.data.uv_layers:
+    if uv is not None and uv not in mesh_of(obj).uv_layers:
         raise InputError(
             f"{name}: Cycles bakes onto maps of the mesh itself, and it has none named {uv}; choose another"
         )
     return obj
 
 
-def _match(
-    stack: ExitStack, scene: bpy.types.Scene, obj: bpy.types.Object, samples: int, threads: int, seed: int
-) -> None:
-    """Cycles' settings for a plain mean of `samples` rays a texel, on as many threads as ours."""
+def _match(stack: ExitStack, scene: bpy.types.Scene, obj: bpy.types.Object, settings: CyclesSettings) -> None:
+    """Cycles' settings for a plain mean of so many rays a texel, on as many threads as ours."""
     _choose_cycles(stack, scene, obj.name)
-    borrow(stack, scene.render, threads_mode="FIXED", threads=threads, use_motion_blur=False)
-    borrow(stack, scene.render, use_bake_multires=False)
-    borrow(stack, scene.render.bake, use_multires=False)
-    borrow(stack, obj, shadow_terminator_geometry_offset=0.0, hide_viewport=False)
+    temporary_attributes(stack, scene.render, threads_mode="FIXED", threads=settings.threads, use_motion_blur=False)
+    temporary_attributes(stack, scene.render, use_bake_multires=False)
+    temporary_attributes(stack, scene.render.bake, use_multires=False)
+    temporary_attributes(stack, obj, shadow_terminator_geometry_offset=0.0, hide_viewport=False)
     cycles = scene.cycles
-    borrow(stack, cycles, device="CPU", shading_system=False, samples=samples, seed=seed, use_animated_seed=False)
-    borrow(stack, cycles, use_adaptive_sampling=False, time_limit=0.0, use_layer_samples="IGNORE")
-    borrow(stack, cycles, sample_offset=0, use_sample_subset=False, use_pixel_jitter=True)
-    borrow(stack, cycles, auto_scrambling_distance=False, scrambling_distance=1.0)
-    borrow(stack, cycles, transparent_max_bounces=1024)  # ours goes through any number of cut layers
+    temporary_attributes(
+        stack,
+        cycles,
+        device="CPU",
+        shading_system=False,
+        samples=settings.samples,
+        seed=settings.seed,
+        use_animated_seed=False,
+    )
+    temporary_attributes(stack, cycles, use_adaptive_sampling=False, time_limit=0.0, use_layer_samples="IGNORE")
+    temporary_attributes(stack, cycles, sample_offset=0, use_sample_subset=False, use_pixel_jitter=True)
+    temporary_attributes(stack, cycles, auto_scrambling_distance=False, scrambling_distance=1.0)
+    temporary_attributes(stack, cycles, transparent_max_bounces=1024)  # ours goes through any number of cut layers
 
 
 def _choose_cycles(stack: ExitStack, scene: bpy.types.Scene, name: str) -> None:
     try:
-        borrow(stack, scene.render, engine="CYCLES")
+        temporary_attributes(stack, scene.render, engine="CYCLES")
     except TypeError as error:
         raise InputError(
             f"{name}: cannot be compared without Cycles; enable Cycles in Preferences > Add-ons"
@@ -146,7 +153,7 @@ def _one_line(error: Exception) -> str:
 def _pixels(image: bpy.types.Image) -> Floats:
     width, height = image.size
     pixels = np.empty((height, width, 4), dtype=np.float32)
-    image.pixels.foreach_get(pixels.reshape(-1))
+    pixels_in(image).foreach_get(pixels.reshape(-1))
     return np.ascontiguousarray(pixels[::-1, :, 0])
 
 
@@ -155,7 +162,7 @@ def _image(size: tuple[int, int]) -> Iterator[bpy.types.Image]:
     """A float image of plain data, full of a value that no bake can give: at margin 0 Cycles' alpha is 1 everywhere."""
     image = bpy.data.images.new("Occlusion Bake", *size, alpha=True, float_buffer=True, is_data=True)
     try:
-        image.pixels.foreach_set(np.full(4 * size[0] * size[1], UNTOUCHED, dtype=np.float32))
+        pixels_in(image).foreach_set(np.full(4 * size[0] * size[1], UNTOUCHED, dtype=np.float32))
         yield image
     finally:
         bpy.data.images.remove(image)
@@ -185,13 +192,13 @@ def _standing(scene: bpy.types.Scene, instance: Instance) -> Iterator[None]:
 @contextmanager
 def _local_mesh(obj: bpy.types.Object) -> Iterator[None]:
     """A local copy in place of a mesh linked from a library, which Cycles would refuse."""
-    if obj.data.library is None:
+    if library_of(mesh_of(obj)) is None:
         yield
         return
     with ExitStack() as stack:
-        copy = obj.data.copy()
+        copy = mesh_of(obj).copy()
         stack.callback(bpy.data.meshes.remove, copy)
-        borrow(stack, obj, data=copy)
+        temporary_attributes(stack, obj, data=copy)
         yield
 
 
@@ -200,33 +207,19 @@ def _materials(obj: bpy.types.Object, image: bpy.types.Image) -> Iterator[None]:
     """Hang a copy of each material, with our image for its active texture, in the slots; the mesh keeps its own."""
     made: dict[str, bpy.types.Material] = {}
     with ExitStack() as stack:
-        stack.callback(lambda: [bpy.data.materials.remove(material) for material in made.values()])
+        stack.callback(_remove_all, made)
         if not obj.material_slots:
-            obj.data.materials.append(None)
-            stack.callback(obj.data.materials.clear)
+            mesh_of(obj).materials.append(None)
+            stack.callback(mesh_of(obj).materials.clear)
         for slot in obj.material_slots:
             key = slot.material.name_full if slot.material else ""
             if key not in made:
                 made[key] = with_texture(slot.material, image)
-            borrow(stack, slot, link="OBJECT")
-            borrow(stack, slot, material=made[key])
+            temporary_attributes(stack, slot, link="OBJECT")
+            temporary_attributes(stack, slot, material=made[key])
         yield
 
 
-def with_texture(material: bpy.types.Material | None, image: bpy.types.Image) -> bpy.types.Material:
-    """A local copy of the material, or a plain one where there are no nodes, with the image active in its tree."""
-    if material is None or not _has_nodes(material):
-        copy = bpy.data.materials.new("Occlusion Bake")
-        if bpy.app.version < (5, 0):  # later always so
-            copy.use_nodes = True
-    else:
-        copy = material.copy()
-    nodes = copy.node_tree.nodes
-    texture: Any = nodes.new("ShaderNodeTexImage")
-    texture.image = image
-    nodes.active = texture
-    return copy
-
-
-def _has_nodes(material: bpy.types.Material) -> bool:
-    return material.node_tree is not None and (bpy.app.version >= (5, 0) or material.use_nodes)
+def _remove_all(materials: Mapping[str, bpy.types.Material]) -> None:
+    for material in materials.values():
+        bpy.data.materials.remove(material)

@@ -7,10 +7,11 @@ from collections.abc import Collection, Iterator
 import bpy
 import numpy as np
 
-from ...core.scene.scene import Floats
-from ..materials.cutouts import Opacities
-from ..materials.image_pixels import Pictures
-from ..materials.normal_maps import Imprints
+from ...core.base.arrays import Floats
+from ..materials.cutouts import MaterialOpacities
+from ..materials.image_pixels import ImagePixels
+from ..materials.normal_maps import MaterialNormalMaps
+from ..typed import found_in
 
 
 def reasons_to_differ(
@@ -36,9 +37,9 @@ def reasons_to_differ(
     if bpy.app.version < (5, 0):
         lines.append("Footprint: Cycles before Blender 5 samples the middle half of a texel, here the whole of it")
     lines += [f"Settings: {what}, which Cycles' bake has not" for what in of_our_own]
-    pictures = Pictures()
-    lines += _of_normals(target, Imprints(pictures=pictures), normal_maps=normal_maps)
-    opacities = Opacities(pictures=pictures)
+    pixels = ImagePixels()
+    lines += _of_normals(target, MaterialNormalMaps(pixels=pixels), normal_maps=normal_maps)
+    opacities = MaterialOpacities(pixels=pixels)
     for material in _materials(occluders):
         opacities.of(material, lines)
     if any(opacities.of(material, []).alpha is not None for material in _materials([target])):
@@ -46,10 +47,10 @@ def reasons_to_differ(
     return lines
 
 
-def _of_normals(target: str, imprints: Imprints, *, normal_maps: bool) -> list[str]:
+def _of_normals(target: str, normal_maps_of: MaterialNormalMaps, *, normal_maps: bool) -> list[str]:
     """On what turns the target's normals in Cycles and does not here."""
     lines: list[str] = []
-    found = [imprints.of(material, lines) for material in _materials([target])]
+    found = [normal_maps_of.of(material, lines) for material in _materials([target])]
     if any(found) and not normal_maps:
         lines += ["Normals: Cycles follows the normal map of the material; switch Normal Maps on to bake by it"]
     return lines
@@ -57,5 +58,5 @@ def _of_normals(target: str, imprints: Imprints, *, normal_maps: bool) -> list[s
 
 def _materials(names: Collection[str]) -> Iterator[bpy.types.Material]:
     for name in names:
-        obj = bpy.data.objects.get(name)
+        obj = found_in(bpy.data.objects, name)
         yield from (slot.material for slot in obj.material_slots if slot.material) if obj is not None else ()

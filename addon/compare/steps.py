@@ -14,93 +14,89 @@ from typing import Any
 
 import bpy
 
-from ...core.bake import Settings
 from ...core.base.errors import InputError
 from ...core.finish.report import object_entry
+from ...core.maps.occlusion import AMBIENT
+from ...core.options.values import values_of
 from ...core.progress import Progress
-from ...core.rays.map_spec import AO
+from ...core.settings import Settings
 from ..charts.chart_job import layer_of
-from ..job.bake_job import Options, Outcome, Result, bake_steps
+from ..job.bake_job import BakeJob, Layout, bake_steps
+from ..job.outcome import Outcome
 from ..job.runner import Steps
-from ..read.occluder_filter import words_of
-from .comparison import compare_with_cycles
+from ..output.result import Result
+from ..read.occluder_filter import OccluderFilter, arguments_of
+from ..typed import view_layer_in
+from .comparison import Compared, compare_with_cycles
 
 Finish = Callable[[bpy.types.Context, dict[str, Any]], None]
 
 
-def compare_here(
-    context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
-) -> Steps:
+def compare_here(context: bpy.types.Context, job: BakeJob, samples: int, progress: Progress, finish: Finish) -> Steps:
     """In this process; Cycles' part holds the main thread. `finish` gets the report's entry."""
-    alone = to_compare(options)
+    alone = to_compare(job)
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
 
         def deliver(result: Result) -> None:
             entry = object_entry(result.baked, {})
-            picture = Path(folder, "compared.png")
-            cycles = compare_with_cycles(
-                *(context, result.target, result.baked, alone.settings, samples, layer_of(options.uv), picture),
-                options.occluding,
-            )
+            compared = Compared(result.target, result.baked, alone.settings, job.occluding, layer_of(job.uv))
+            cycles = compare_with_cycles(context, compared, samples, Path(folder, "compared.png"))
             finish(context, {**entry, "cycles": cycles})
 
         yield from bake_steps(context, alone, progress, Outcome(), deliver)
 
 
 def compare_in_child(
-    context: bpy.types.Context, options: Options, samples: int, progress: Progress, finish: Finish
+    context: bpy.types.Context, job: BakeJob, samples: int, progress: Progress, finish: Finish
 ) -> Steps:
     """A copy of the file goes to a Blender without a window, which runs the command; this one only waits."""
-    options = to_compare(options)
+    job = to_compare(job)
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
-        copy, report = Path(folder, "scene.blend"), Path(folder, "report.json")
-        progress.enter(f"{options.objects[0]}: comparing")
+        copy, values, report = (Path(folder, name) for name in ("scene.blend", "values.json", "report.json"))
+        progress.enter(f"{job.objects[0]}: comparing")
         bpy.ops.wm.save_as_mainfile(filepath=str(copy), copy=True, check_existing=False)
-        words = child_arguments(options, samples, Path(folder), report)
+        handed_on = child_values(job, samples, Path(folder), report)
+        values.write_text(json.dumps(handed_on), encoding="utf-8")
         extension = __package__.rsplit(".", 2)[0]
-        command = [bpy.app.binary_path, "-b", str(copy), "--addons", extension, "-c", "occlusion_bake", *words]
+        command = [bpy.app.binary_path, "-b", str(copy), "--addons", extension]
+        command += ["-c", "occlusion_bake", "--values", str(values)]
         yield lambda: _wait_for(command, Path(folder, "log"), progress)
         finish(context, json.loads(report.read_text(encoding="utf-8"))["objects"][0])
 
 
 def ao_alone(settings: Settings) -> Settings:
     """What is compared of a bake: its AO, without margins."""
-    return replace(
-        settings, estimators=(AO,), margin=0, divide_horizon=False, bent=None, coding=None, lights=Settings.lights
-    )
+    return replace(settings, maps=(AMBIENT,), image=replace(settings.image, margin=0))
 
 
-def to_compare(options: Options) -> Options:
+def to_compare(job: BakeJob) -> BakeJob:
     """The first object alone in an image. Raises InputError for one that is baked from others."""
-    first = options.objects[0]
-    if first in options.highs:
+    first = job.objects[0]
+    if first in job.highs:
         raise InputError(f"{first}: a comparison is of an object's own surface; set High to Low > From to Own Surface")
-    settings = ao_alone(options.settings)
-    return replace(options, objects=(first,), settings=settings, atlas="", tiled=False, colours=False)
+    return replace(job, objects=(first,), settings=ao_alone(job.settings), layout=Layout(tiled=False))
 
 
-def child_arguments(options: Options, samples: int, folder: Path, report: Path) -> list[str]:
-    """The command's arguments for `ao_alone` of the first object, and a comparison."""
-    chosen = options.settings
-    words = [f"--objects={options.objects[0]}", "--size", f"{chosen.width}x{chosen.height}"]
-    words += ["--rays", str(chosen.rays)] if chosen.error is None else ["--error", repr(chosen.error)]
-    words += ["--filter" if chosen.goal.filtered else "--no-filter"]
-    words += ["--margin", "0", "--threads", str(chosen.threads), "--seed", str(chosen.seed)]
-    words += ["--output", str(folder), "--report", str(report), "--compare-cycles", str(samples)]
-    words += ["--distance", repr(chosen.distance)] if chosen.distance is not None else []
-    words += ["--falloff", chosen.falloff.name.lower(), "--min-distance", repr(chosen.nearest)]
-    words += ["--spread", repr(chosen.spread)] + ["--front-faces"] * chosen.front_only
-    words += ["--normal-maps"] * chosen.normal_maps
-    words += ["--occluders", *_occluders(options)] + ["--ground"] * options.occluding.ground + ["--no-udim"]
-    return words + ([f"--uv={options.uv}"] if options.uv is not None else [])
+def child_values(job: BakeJob, samples: int, folder: Path, report: Path) -> dict[str, Any]:
+    """The command's options, as JSON has them, for `ao_alone` of the first object, and a comparison."""
+    return {
+        **values_of(job.settings),
+        "objects": [job.objects[0]],
+        "occluders": _occluders(job.occluding),
+        "use_ground": job.occluding.ground,
+        "use_udim": False,
+        "uv": job.uv,
+        "folder": str(folder),
+        "report": str(report),
+        "cycles_samples": samples,
+    }
 
 
-def _occluders(options: Options) -> list[str]:
+def _occluders(occluding: OccluderFilter) -> list[str]:
     """As the command takes them; less those that stand for others."""
-    occluding = options.occluding
-    if occluding.names is not None or occluding.alone or not occluding.less:
-        return words_of(occluding)
-    return [obj.name for obj in bpy.context.view_layer.objects if occluding.counts(obj.name)]
+    if occluding.names is not None or occluding.alone or not occluding.excluded:
+        return arguments_of(occluding)
+    return [obj.name for obj in view_layer_in(bpy.context).objects if occluding.counts(obj.name)]
 
 
 def _wait_for(command: list[str], log: Path, progress: Progress) -> None:

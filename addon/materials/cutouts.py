@@ -7,56 +7,56 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ...core.base.arrays import Ints
 from ...core.scene.cutout import OPAQUE, Alpha, Cutout, simplified
 from ...core.scene.image_texture import Wrap
-from ...core.scene.scene import Ints
-from .image_pixels import Pictures, Unread
-from .material_cache import PerMaterial
+from .image_pixels import ImagePixels, Unreadable
+from .material_cache import MaterialCache
 from .mesh_layers import materials_of, places_of, slots_of
 from .opacity import opacity_of
-from .texel_values import Field, Lookup
+from .texel_values import Lookup, TexelValues
 
 
 @dataclass(frozen=True, eq=False)
-class Cover:
+class MaterialOpacity:
     """What a material does to the light. alpha: None for an opaque one. lookup: None where it is the same all over."""
 
     alpha: Alpha | None = None
     lookup: Lookup | None = None
 
 
-class Opacities(PerMaterial[Cover]):
-    """The materials' covers; each image is read once, each picture made once."""
+class MaterialOpacities(MaterialCache[MaterialOpacity]):
+    """The materials' covers; each image is read once, each texture made once."""
 
-    def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
-        super().__init__(override, pictures)
+    def __init__(self, override: bpy.types.Material | None = None, pixels: ImagePixels | None = None) -> None:
+        super().__init__(override, pixels)
         self._alphas: dict[tuple[int, bool, Wrap], Alpha] = {}  # by the address of the values, which they keep
 
-    def _nothing(self) -> Cover:
-        return Cover()
+    def _nothing(self) -> MaterialOpacity:
+        return MaterialOpacity()
 
-    def _read(self, material: bpy.types.Material, lines: list[str]) -> Cover:
+    def _read(self, material: bpy.types.Material, lines: list[str]) -> MaterialOpacity:
         try:
-            opacity = opacity_of(material, self._pictures)
-        except Unread as unread:
+            opacity = opacity_of(material, self._pixels)
+        except Unreadable as unread:
             what, cure = unread.in_words("alpha"), unread.cure or "bake its opacity into an image, and use that"
             lines.append(f"{material.name}: {what}; it blocks light as if opaque; {cure}")
-            return Cover()
+            return MaterialOpacity()
         if opacity.note:
             lines.append(f"{material.name}: {opacity.note}")
-        return Cover() if opacity.field.is_all(1.0) else self._cover(opacity.field)
+        return MaterialOpacity() if opacity.texels.is_all(1.0) else self._cover(opacity.texels)
 
-    def _cover(self, field: Field) -> Cover:
-        values = np.ascontiguousarray(field.values, dtype=np.float32)
-        key = (id(values), *field.sampling)
+    def _cover(self, texels: TexelValues) -> MaterialOpacity:
+        values = np.ascontiguousarray(texels.values, dtype=np.float32)
+        key = (id(values), *texels.sampling)
         if key not in self._alphas:
-            self._alphas[key] = Alpha(values, *field.sampling)
+            self._alphas[key] = Alpha(values, *texels.sampling)
         alpha = self._alphas[key]
-        return Cover() if alpha.opaque else Cover(alpha, field.lookup)
+        return MaterialOpacity() if alpha.opaque else MaterialOpacity(alpha, texels.lookup)
 
 
 def cutout_of(
-    obj: bpy.types.Object, mesh: bpy.types.Mesh, corners: Ints, triangle_polygons: Ints, opacities: Opacities
+    obj: bpy.types.Object, mesh: bpy.types.Mesh, corners: Ints, triangle_polygons: Ints, opacities: MaterialOpacities
 ) -> tuple[Cutout | None, list[str]]:
     """What cuts an evaluated object's mesh, None where nothing does, and lines on materials that are met first here and
     not read as they are.

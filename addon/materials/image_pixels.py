@@ -8,13 +8,14 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.scene.scene import Floats
+from ...core.base.arrays import Floats
+from ..typed import pixels_in, space_of
 
 _KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a movie", "VIEWER": "a render"}
 _LINEAR = ("Linear Rec.709", "Working Space")  # as the pixels are stored, where the scene's own space is not changed
 
 
-class Unread(Exception):
+class Unreadable(Exception):
     """Something of a material that is not read.
 
     what: what reaches the socket that is read, or, with `whole`, the cause in words that fit after the material's name.
@@ -30,7 +31,7 @@ class Unread(Exception):
         return self.what if self.whole else f"what reaches its {socket} is {self.what}, which is not read"
 
 
-class Pictures:
+class ImagePixels:
     """What image nodes read, kept for the next material that uses the same image."""
 
     def __init__(self) -> None:
@@ -54,18 +55,18 @@ class Pictures:
 
 def is_associated(image: bpy.types.Image) -> bool:
     """Whether Cycles holds an image's colours multiplied by its alpha, to divide them where the alpha is used, too."""
-    return image.alpha_mode in ("STRAIGHT", "PREMUL") and not image.colorspace_settings.is_data
+    return image.alpha_mode in ("STRAIGHT", "PREMUL") and not space_of(image).is_data
 
 
 def is_encoded(image: bpy.types.Image) -> bool:
     """Whether an image's colours are sRGB bytes, which Cycles interpolates as they are and decodes then. Raises Unread
     for another colour space."""
-    space = image.colorspace_settings
+    space = space_of(image)
     if image.is_float or space.is_data or space.name in _LINEAR:
         return False
     if space.name == "sRGB":
         return True
-    raise Unread(
+    raise Unreadable(
         f"the colour of {image.name} in {space.name}",
         "set the image's colour space to sRGB or Non-Color",
     )
@@ -101,9 +102,9 @@ def _sound(values: Any) -> Floats:
 def _check_single(image: bpy.types.Image) -> None:
     """Raises Unread for what is no single picture, or cannot be loaded."""
     if image.source in _KINDS:
-        raise Unread(f"{image.name}, {_KINDS[image.source]}", "use a single image")
+        raise Unreadable(f"{image.name}, {_KINDS[image.source]}", "use a single image")
     if 0 in image.size:
-        raise Unread(f"its image {image.name} cannot be loaded", "find the file (File > External Data)", whole=True)
+        raise Unreadable(f"its image {image.name} cannot be loaded", "find the file (File > External Data)", whole=True)
 
 
 def _pixels(image: bpy.types.Image) -> Floats:
@@ -111,5 +112,5 @@ def _pixels(image: bpy.types.Image) -> Floats:
     _check_single(image)
     width, height = image.size
     pixels = np.empty((height, width, image.channels), dtype=np.float32)
-    image.pixels.foreach_get(pixels.reshape(-1))
+    pixels_in(image).foreach_get(pixels.reshape(-1))
     return pixels[::-1]

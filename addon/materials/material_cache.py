@@ -6,17 +6,17 @@ from typing import Generic, TypeVar
 
 import bpy
 
-from .image_pixels import Pictures
+from .image_pixels import ImagePixels
 
 Found = TypeVar("Found")
 
 
-class PerMaterial(Generic[Found]):
+class MaterialCache(Generic[Found]):
     """override: a material that stands for all, as a view layer can have. pictures: where images are kept that others
     read, too."""
 
-    def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
-        self._override, self._pictures = override, pictures or Pictures()
+    def __init__(self, override: bpy.types.Material | None = None, pixels: ImagePixels | None = None) -> None:
+        self._override, self._pixels = override, pixels or ImagePixels()
         self._found: dict[str, Found] = {}
 
     def of(self, material: bpy.types.Material | None, lines: list[str]) -> Found:

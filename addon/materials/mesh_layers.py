@@ -7,8 +7,8 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...core.base.arrays import Floats, Ints
 from ...core.base.errors import InputError
-from ...core.scene.scene import Floats, Ints
 from .texel_values import Lookup
 
 
@@ -43,7 +43,7 @@ def materials_of(obj: bpy.types.Object) -> list[bpy.types.Material | None]:
 def slots_of(mesh: bpy.types.Mesh, polygons: Ints, count: int) -> Ints:
     """(T,) int32: which of so many material slots each triangle has, of its polygons' indices."""
     indices = np.zeros(len(mesh.polygons), dtype=np.int32)
-    attribute = mesh.attributes.get("material_index")
+    attribute: Any = mesh.attributes.get("material_index")
     if attribute is not None:
         attribute.data.foreach_get("value", indices)
     slots: Ints = np.clip(indices[polygons], 0, count - 1)  # as Cycles takes those too high
@@ -51,7 +51,7 @@ def slots_of(mesh: bpy.types.Mesh, polygons: Ints, count: int) -> Ints:
 
 
 def places_of(mesh: bpy.types.Mesh, lookup: Lookup, corners: Ints) -> Floats:
-    """(N, 3, 2) float32: where triangles' corners lie in a picture. On a map that is not there all lie at 0."""
+    """(N, 3, 2) float32: where triangles' corners lie in a texture. On a map that is not there all lie at 0."""
     layer, loops = uv_map(mesh, lookup.uv), len(mesh.loops)
     uv = np.zeros((loops, 2), dtype=np.float32) if layer is None else values_of(layer.uv, "vector", loops, 2)
     matrix = np.array(lookup.matrix)

@@ -9,57 +9,57 @@ from typing import Any
 import numpy as np
 from mathutils import Euler, Matrix
 
+from ...core.base.arrays import Floats
 from ...core.scene.image_texture import Wrap
-from ...core.scene.scene import Floats
-from .image_pixels import Pictures, Unread, is_associated, is_encoded
-from .node_links import Feed, Path, feeding, unread
-from .texel_values import Field, Lookup, bent, clipped, constant, decoded, divided, even, grey, mapped, mix
+from .image_pixels import ImagePixels, Unreadable, is_associated, is_encoded
+from .node_links import Path, SocketSource, socket_source, unread
+from .texel_values import Lookup, TexelValues, bent, clipped, constant, decoded, divided, even, grey, mapped, mix
 
 _IDENTITY = Matrix.Identity(4)
 
 
-class Values:
+class NodeEvaluator:
     """Evaluates the sockets of one material. No image is read that does not reach them."""
 
-    def __init__(self, pictures: Pictures) -> None:
-        self._pictures = pictures
+    def __init__(self, pixels: ImagePixels) -> None:
+        self._pixels = pixels
 
-    def number(self, socket: Any, path: Path) -> Field:
-        """The field of what feeds a socket, colours as their luminance. Raises Unread."""
+    def number(self, socket: Any, path: Path) -> TexelValues:
+        """The values of what feeds a socket, colours as their luminance. Raises Unread."""
         return grey(self._value(socket, path))
 
-    def colour(self, socket: Any, path: Path) -> Field:
-        """The field of what feeds a socket, with three channels. Raises Unread."""
-        field = self._value(socket, path)
-        if field.values.ndim == 3:
-            return field
-        return replace(field, values=np.repeat(field.values[..., np.newaxis], 3, axis=2))
+    def colour(self, socket: Any, path: Path) -> TexelValues:
+        """The values of what feeds a socket, with three channels. Raises Unread."""
+        texels = self._value(socket, path)
+        if texels.values.ndim == 3:
+            return texels
+        return replace(texels, values=np.repeat(texels.values[..., np.newaxis], 3, axis=2))
 
-    def _value(self, socket: Any, path: Path) -> Field:
-        feed = feeding(socket, path)
-        if feed.node is None:
-            return constant(feed.home.default_value)
-        handler = _VALUES.get(feed.node.type)
+    def _value(self, socket: Any, path: Path) -> TexelValues:
+        source = socket_source(socket, path)
+        if source.node is None:
+            return constant(source.home.default_value)
+        handler = _EVALUATORS.get(source.node.type)
         if handler is None:
-            raise unread(feed.node)
-        return handler(self, feed)
+            raise unread(source.node)
+        return handler(self, source)
 
-    def given(self, feed: Feed) -> Field:
+    def given(self, source: SocketSource) -> TexelValues:
         """A Value or RGB node."""
-        return constant(feed.output.default_value)
+        return constant(source.output.default_value)
 
-    def light_path(self, feed: Feed) -> Field:
+    def light_path(self, source: SocketSource) -> TexelValues:
         """What asks for opacity is a shadow ray, measured, and no other."""
-        if not feed.output.name.startswith("Is "):
-            raise unread(feed.node, f"{feed.output.name} of a node Light Path")
-        return constant(float(feed.output.name == "Is Shadow Ray"))
+        if not source.output.name.startswith("Is "):
+            raise unread(source.node, f"{source.output.name} of a node Light Path")
+        return constant(float(source.output.name == "Is Shadow Ray"))
 
-    def texture(self, feed: Feed) -> Field:
+    def texture(self, source: SocketSource) -> TexelValues:
         """An Image Texture's colour or alpha."""
-        node = feed.node
+        node = source.node
         if node.image is None:
-            raise Unread("its Image Texture has no image", "choose one", whole=True)
-        uv, matrix = self._layout(node.inputs["Vector"], feed.path)
+            raise Unreadable("its Image Texture has no image", "choose one", whole=True)
+        uv, matrix = self._layout(node.inputs["Vector"], source.path)
         _check_projection(node)
         lookup = Lookup(
             node.image.name_full,
@@ -68,43 +68,43 @@ class Values:
             uv,
             tuple((row[0], row[1], row[3]) for row in matrix[:2]),
         )
-        if feed.output.name == "Alpha":
-            return even(Field(self._pictures.alpha(node.image), lookup))
-        field = even(Field(self._pictures.colour(node.image), lookup))
+        if source.output.name == "Alpha":
+            return even(TexelValues(self._pixels.alpha(node.image), lookup))
+        texels = even(TexelValues(self._pixels.colour(node.image), lookup))
         if is_associated(node.image) and node.outputs["Alpha"].is_linked:
-            field = bent(divided, field, even(Field(self._pictures.alpha(node.image), lookup)))
-        return bent(decoded, field) if is_encoded(node.image) else field
+            texels = bent(divided, texels, even(TexelValues(self._pixels.alpha(node.image), lookup)))
+        return bent(decoded, texels) if is_encoded(node.image) else texels
 
     def _layout(self, socket: Any, path: Path) -> tuple[str, Matrix]:
         """The UV map that feeds a texture, and what happens to it on the way. Raises Unread."""
-        feed = feeding(socket, path)
-        node = feed.node
-        if node is None and feed.home == socket:
+        source = socket_source(socket, path)
+        node = source.node
+        if node is None and source.home == socket:
             return "", _IDENTITY
         if node is not None and node.type == "MAPPING":
-            uv, before = self._layout(node.inputs["Vector"], feed.path)
-            return uv, _mapping(node, feed.path) @ before
+            uv, before = self._layout(node.inputs["Vector"], source.path)
+            return uv, _mapping(node, source.path) @ before
         kind = "" if node is None else node.type
         if kind == "UVMAP" and not node.from_instancer:
             return node.uv_map, _IDENTITY
-        if kind == "TEX_COORD" and feed.output.name == "UV" and not node.from_instancer:
+        if kind == "TEX_COORD" and source.output.name == "UV" and not node.from_instancer:
             return "", _IDENTITY
-        name = "a constant" if node is None else f"{feed.output.name} of a node {node.bl_label}"
+        name = "a constant" if node is None else f"{source.output.name} of a node {node.bl_label}"
         raise unread(node, f"an image laid out by {name}")
 
-    def math(self, feed: Feed) -> Field:
+    def math(self, source: SocketSource) -> TexelValues:
         """A Math node."""
-        node = feed.node
+        node = source.node
         function = _MATH.get(node.operation)
         if function is None:
             raise unread(node, f"a node Math set to {node.operation.replace('_', ' ').title()}")
         count = function.__code__.co_argcount
-        field = bent(function, *(self.number(socket, feed.path) for socket in node.inputs[:count]))
-        return replace(field, values=clipped(field.values)) if node.use_clamp else field
+        texels = bent(function, *(self.number(socket, source.path) for socket in node.inputs[:count]))
+        return replace(texels, values=clipped(texels.values)) if node.use_clamp else texels
 
-    def mix(self, feed: Feed) -> Field:
+    def mix(self, source: SocketSource) -> TexelValues:
         """A Mix node of numbers or colours, or its forerunner for colours alone."""
-        node, numbers = feed.node, feed.node.type == "MIX" and feed.node.data_type == "FLOAT"
+        node, numbers = source.node, source.node.type == "MIX" and source.node.data_type == "FLOAT"
         blend = "MIX" if numbers else node.blend_type
         if (node.type == "MIX" and node.data_type not in ("FLOAT", "RGBA")) or blend not in ("MIX", "MULTIPLY"):
             raise unread(node, f"a node Mix set to {blend.replace('_', ' ').title()}")
@@ -112,27 +112,27 @@ class Values:
         kind = "Float" if numbers else "Color"
         names = ("Factor_Float", f"A_{kind}", f"B_{kind}") if node.type == "MIX" else ("Fac", "Color1", "Color2")
         sockets = {socket.identifier: socket for socket in node.inputs}
-        factor = self.number(sockets[names[0]], feed.path)
+        factor = self.number(sockets[names[0]], source.path)
         if node.type == "MIX_RGB" or node.clamp_factor:
             factor = replace(factor, values=clipped(factor.values))
-        first, second = (read(sockets[name], feed.path) for name in names[1:])
+        first, second = (read(sockets[name], source.path) for name in names[1:])
         if blend == "MULTIPLY":
             second = bent(lambda a, b: a * b, first, second)
-        field = mix(factor, first, second)
+        texels = mix(factor, first, second)
         clamped = node.use_clamp if node.type == "MIX_RGB" else node.clamp_result and not numbers
-        return replace(field, values=clipped(field.values)) if clamped else field
+        return replace(texels, values=clipped(texels.values)) if clamped else texels
 
-    def invert(self, feed: Feed) -> Field:
+    def invert(self, source: SocketSource) -> TexelValues:
         """An Invert Color node."""
-        factor, colour = feed.node.inputs
-        own = self.colour(colour, feed.path)
-        return mix(self.number(factor, feed.path), own, mapped(lambda c: 1.0 - c, own))
+        factor, colour = source.node.inputs
+        own = self.colour(colour, source.path)
+        return mix(self.number(factor, source.path), own, mapped(lambda c: 1.0 - c, own))
 
-    def ramp(self, feed: Feed) -> Field:
+    def ramp(self, source: SocketSource) -> TexelValues:
         """A Color Ramp node, as Cycles' table of 256."""
-        ramp = feed.node.color_ramp
+        ramp = source.node.color_ramp
         table = np.array([ramp.evaluate(i / 255.0)[:] for i in range(256)], dtype=np.float32)
-        if feed.output.name == "Alpha":
+        if source.output.name == "Alpha":
             table = table[:, 3:]
         steady = ramp.interpolation == "CONSTANT"
 
@@ -141,25 +141,25 @@ class Values:
             place = np.floor(place) if steady else place
             return np.stack([np.interp(place, np.arange(256), column) for column in table.T], axis=-1)
 
-        field = bent(looked_up, self.number(feed.node.inputs[0], feed.path))
-        return replace(field, values=field.values[..., 0 if feed.output.name == "Alpha" else slice(3)])
+        texels = bent(looked_up, self.number(source.node.inputs[0], source.path))
+        return replace(texels, values=texels.values[..., 0 if source.output.name == "Alpha" else slice(3)])
 
-    def separate(self, feed: Feed) -> Field:
+    def separate(self, source: SocketSource) -> TexelValues:
         """One channel of a colour."""
-        if getattr(feed.node, "mode", "RGB") != "RGB":
-            raise unread(feed.node, f"a node {feed.node.bl_label} set to {feed.node.mode}")
-        colour = self.colour(feed.node.inputs[0], feed.path)
-        channel = [socket.identifier for socket in feed.node.outputs].index(feed.output.identifier)
+        if getattr(source.node, "mode", "RGB") != "RGB":
+            raise unread(source.node, f"a node {source.node.bl_label} set to {source.node.mode}")
+        colour = self.colour(source.node.inputs[0], source.path)
+        channel = [socket.identifier for socket in source.node.outputs].index(source.output.identifier)
         return replace(colour, values=np.ascontiguousarray(colour.values[..., channel]))
 
-    def to_grey(self, feed: Feed) -> Field:
+    def to_grey(self, source: SocketSource) -> TexelValues:
         """An RGB to BW node."""
-        return self.number(feed.node.inputs[0], feed.path)
+        return self.number(source.node.inputs[0], source.path)
 
-    def clamp(self, feed: Feed) -> Field:
+    def clamp(self, source: SocketSource) -> TexelValues:
         """A Clamp node."""
-        value, low, high = (self.number(socket, feed.path) for socket in feed.node.inputs)
-        if feed.node.clamp_type == "RANGE":
+        value, low, high = (self.number(socket, source.path) for socket in source.node.inputs)
+        if source.node.clamp_type == "RANGE":
             low, high = mapped(np.minimum, low, high), mapped(np.maximum, low, high)
         return bent(lambda x, a, b: np.minimum(np.maximum(x, a), b), value, low, high)
 
@@ -191,27 +191,27 @@ def _mapping(node: Any, path: Path) -> Matrix:
 
 
 def _vector(node: Any, name: str, path: Path) -> tuple[float, ...]:
-    feed = feeding(node.inputs[name], path)
-    value = None if feed.node is not None else feed.home.default_value
+    source = socket_source(node.inputs[name], path)
+    value = None if source.node is not None else source.home.default_value
     if value is None:
         raise unread(node, "an image laid out by a node Mapping with links")
     return (value,) * 3 if isinstance(value, float) else tuple(value)[:3]
 
 
-_VALUES: dict[str, Callable[[Values, Feed], Field]] = {
-    "VALUE": Values.given,
-    "RGB": Values.given,
-    "LIGHT_PATH": Values.light_path,
-    "TEX_IMAGE": Values.texture,
-    "MATH": Values.math,
-    "MIX": Values.mix,
-    "MIX_RGB": Values.mix,
-    "INVERT": Values.invert,
-    "VALTORGB": Values.ramp,
-    "SEPARATE_COLOR": Values.separate,
-    "SEPRGB": Values.separate,
-    "RGBTOBW": Values.to_grey,
-    "CLAMP": Values.clamp,
+_EVALUATORS: dict[str, Callable[[NodeEvaluator, SocketSource], TexelValues]] = {
+    "VALUE": NodeEvaluator.given,
+    "RGB": NodeEvaluator.given,
+    "LIGHT_PATH": NodeEvaluator.light_path,
+    "TEX_IMAGE": NodeEvaluator.texture,
+    "MATH": NodeEvaluator.math,
+    "MIX": NodeEvaluator.mix,
+    "MIX_RGB": NodeEvaluator.mix,
+    "INVERT": NodeEvaluator.invert,
+    "VALTORGB": NodeEvaluator.ramp,
+    "SEPARATE_COLOR": NodeEvaluator.separate,
+    "SEPRGB": NodeEvaluator.separate,
+    "RGBTOBW": NodeEvaluator.to_grey,
+    "CLAMP": NodeEvaluator.clamp,
 }
 
 _MATH: dict[str, Callable[..., Any]] = {

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .image_pixels import Unread
+from .image_pixels import Unreadable
 
 Path = tuple[Any, ...]  # the group nodes that lead to a node, outermost first
 
 
 @dataclass(frozen=True)
-class Feed:
+class SocketSource:
     """What feeds an input: an output of a node, or without a node the value of the socket `home`."""
 
     home: Any
@@ -21,18 +21,18 @@ class Feed:
     path: Path
 
 
-def feeding(socket: Any, path: Path) -> Feed:
+def socket_source(socket: Any, path: Path) -> SocketSource:
     """Follow an input's link through reroutes, muted nodes and the walls of groups."""
     home = socket
     while True:
         link = next((each for each in socket.links if each.is_valid and not each.is_muted), None)
         if link is None:
-            return Feed(home, None, None, path)
+            return SocketSource(home, None, None, path)
         node, output = link.from_node, link.from_socket
         if node.mute or node.type == "REROUTE":
             socket = _through(node, output)
             if socket is None:
-                return Feed(home, None, None, path)
+                return SocketSource(home, None, None, path)
         elif node.type == "GROUP" and node.node_tree is not None:
             path = (*path, node)
             home = socket = _same(_group_output(node), output)
@@ -40,7 +40,7 @@ def feeding(socket: Any, path: Path) -> Feed:
             home = socket = _same(path[-1].inputs, output)
             path = path[:-1]
         else:
-            return Feed(home, node, output, path)
+            return SocketSource(home, node, output, path)
 
 
 def _through(node: Any, output: Any) -> Any:
@@ -63,5 +63,5 @@ def _same(sockets: Sequence[Any], socket: Any) -> Any:
     return next(each for each in sockets if each.identifier == socket.identifier)
 
 
-def unread(node: Any, what: str = "") -> Unread:
-    return Unread(what or f"a node {node.bl_label}")
+def unread(node: Any, what: str = "") -> Unreadable:
+    return Unreadable(what or f"a node {node.bl_label}")

@@ -9,89 +9,94 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.scene.image_texture import Picture
-from ...core.scene.scene import Floats, Ints
-from ...core.texels.shading_normals import PLAIN, NormalMap, Relief
-from .image_pixels import Pictures, Unread
-from .material_cache import PerMaterial
+from ...core.base.arrays import Floats, Ints
+from ...core.scene.image_texture import ImageTexture
+from ...core.scene.normal_map import PLAIN, NormalMap, NormalMapLayer
+from .image_pixels import ImagePixels, Unreadable
+from .material_cache import MaterialCache
 from .mesh_layers import materials_of, places_of, slots_of, tangents_of, uv_map
-from .node_evaluator import Values
-from .node_links import Feed, Path, feeding, unread
+from .node_evaluator import NodeEvaluator
+from .node_links import Path, SocketSource, socket_source, unread
 from .opacity import nodes_of
 from .texel_values import Lookup
 
 WHAT = "normal maps"
 _CURE = "link an Image Texture to a Normal Map node, and that to the shaders"
-_FLAT = np.float32((0.5, 0.5, 1.0))  # the colour that turns nothing
+_FLAT = np.array((0.5, 0.5, 1.0), dtype=np.float32)  # the colour that turns nothing
 
 
 @dataclass(frozen=True, eq=False)
-class Imprint:
+class MaterialNormalMap:
     """A material's normal map before it lies on a mesh. lookup: None where it is the same all over. uv: the UV map that
     it is made for, "" the one for renders."""
 
-    picture: Picture
+    texture: ImageTexture
     lookup: Lookup | None
     uv: str
     strength: float
 
 
-class Imprints(PerMaterial[Imprint | None]):
+class MaterialNormalMaps(MaterialCache[MaterialNormalMap | None]):
     """The materials' normal maps, None of those that have none."""
 
-    def __init__(self, override: bpy.types.Material | None = None, pictures: Pictures | None = None) -> None:
-        super().__init__(override, pictures)
+    def __init__(self, override: bpy.types.Material | None = None, pixels: ImagePixels | None = None) -> None:
+        super().__init__(override, pixels)
         self._tangents: dict[tuple[int, str], Floats] = {}  # by the mesh's address and the UV map
 
     def _nothing(self) -> None:
         return None
 
-    def tangents(self, obj: bpy.types.Object, mesh: bpy.types.Mesh, layer: str, corners: Ints) -> Floats:
+    def tangents(self, obj: bpy.types.Object, mesh: bpy.types.Mesh, uv_layer: str, corners: Ints) -> Floats:
         """`tangents_of` an evaluated object's mesh, which others may share."""
-        key = (mesh.as_pointer(), layer)
+        key = (mesh.as_pointer(), uv_layer)
         if key not in self._tangents:
-            self._tangents[key] = tangents_of(mesh, obj.name, layer, corners, WHAT)
+            self._tangents[key] = tangents_of(mesh, obj.name, uv_layer, corners, WHAT)
         return self._tangents[key]
 
-    def _read(self, material: bpy.types.Material, lines: list[str]) -> Imprint | None:
+    def _read(self, material: bpy.types.Material, lines: list[str]) -> MaterialNormalMap | None:
         try:
-            return imprint_of(material, self._pictures)
-        except Unread as unread:
+            return material_normal_map(material, self._pixels)
+        except Unreadable as unread:
             what, cure = unread.in_words("normal"), unread.cure or _CURE
             lines.append(f"{material.name}: {what}; it is baked with the mesh's own normals; {cure}")
             return None
 
 
-def imprint_of(material: bpy.types.Material, pictures: Pictures) -> Imprint | None:
+def material_normal_map(material: bpy.types.Material, pixels: ImagePixels) -> MaterialNormalMap | None:
     """The normal map of a material; None where its normals are the mesh's. Raises Unread."""
     tree = nodes_of(material)
     output = None if tree is None else tree.get_output_node("CYCLES")
-    feeds = {} if output is None else {_key(feed): feed for feed in _normals(output.inputs["Surface"], ())}
-    if len(feeds) > 1:
-        raise Unread("not the same in all of its shaders")
-    feed = next(iter(feeds.values()), None)
-    if feed is None or feed.node is None:
+    sources = {} if output is None else {_key(source): source for source in _normals(output.inputs["Surface"], ())}
+    if len(sources) > 1:
+        raise Unreadable("not the same in all of its shaders")
+    source = next(iter(sources.values()), None)
+    if source is None or source.node is None:
         return None
-    node = feed.node
+    node = source.node
     if node.type != "NORMAL_MAP":
         raise unread(node)
     if node.space != "TANGENT":
         raise unread(node, f"a node Normal Map of {node.space.replace('_', ' ').title()}")
-    strength = feeding(node.inputs["Strength"], feed.path)
+    strength = socket_source(node.inputs["Strength"], source.path)
     if strength.node is not None:
         raise unread(node, "a node Normal Map whose strength is linked")
-    field = Values(pictures).colour(node.inputs["Color"], feed.path)
-    if field.lookup is None and np.array_equal(field.values[0, 0], _FLAT):
+    texels = NodeEvaluator(pixels).colour(node.inputs["Color"], source.path)
+    if texels.lookup is None and np.array_equal(texels.values[0, 0], _FLAT):
         return None
-    colours = field.values
+    colours = texels.values
     if getattr(node, "convention", "OPENGL") == "DIRECTX":
         colours = np.stack([colours[..., 0], 1.0 - colours[..., 1], colours[..., 2]], axis=-1)
-    picture = Picture(np.ascontiguousarray(colours, dtype=np.float32), *field.sampling)
-    return Imprint(picture, field.lookup, node.uv_map, max(float(strength.home.default_value), 0.0))
+    texture = ImageTexture(np.ascontiguousarray(colours, dtype=np.float32), *texels.sampling)
+    return MaterialNormalMap(texture, texels.lookup, node.uv_map, max(float(strength.home.default_value), 0.0))
 
 
 def normal_map_of(
-    obj: bpy.types.Object, mesh: bpy.types.Mesh, corners: Ints, polygons: Ints, imprints: Imprints, lines: list[str]
+    obj: bpy.types.Object,
+    mesh: bpy.types.Mesh,
+    corners: Ints,
+    polygons: Ints,
+    found_maps: MaterialNormalMaps,
+    lines: list[str],
 ) -> NormalMap | None:
     """What turns the normals of an evaluated object's mesh, None where nothing does; lines on materials that are met
     first here and not read as they are.
@@ -101,23 +106,25 @@ def normal_map_of(
     """
     materials = materials_of(obj)
     slots = slots_of(mesh, polygons, len(materials)) if len(corners) else np.zeros(0, dtype=np.int32)
-    relief = np.full(len(corners), PLAIN, dtype=np.int32)
+    layer = np.full(len(corners), PLAIN, dtype=np.int32)
     uv = np.zeros((*corners.shape, 2), dtype=np.float32)
-    reliefs: list[Relief] = []
+    layers: list[NormalMapLayer] = []
     for slot in np.unique(slots):
-        imprint = imprints.of(materials[slot], lines)
-        if imprint is None:
+        found = found_maps.of(materials[slot], lines)
+        if found is None:
             continue
-        layer = uv_map(mesh, imprint.uv)
-        if layer is None:
-            lines.append(_without_map(obj, imprint.uv))
+        uv_layer = uv_map(mesh, found.uv)
+        if uv_layer is None:
+            lines.append(_without_map(obj, found.uv))
             continue
         here = slots == slot
-        relief[here] = len(reliefs)
-        reliefs.append(Relief(imprint.picture, imprints.tangents(obj, mesh, layer.name, corners), imprint.strength))
-        if imprint.lookup is not None:
-            uv[here] = places_of(mesh, imprint.lookup, corners[here])
-    return NormalMap(reliefs, relief, uv) if reliefs else None
+        layer[here] = len(layers)
+        layers.append(
+            NormalMapLayer(found.texture, found_maps.tangents(obj, mesh, uv_layer.name, corners), found.strength)
+        )
+        if found.lookup is not None:
+            uv[here] = places_of(mesh, found.lookup, corners[here])
+    return NormalMap(layers, layer, uv) if layers else None
 
 
 def _without_map(obj: bpy.types.Object, name: str) -> str:
@@ -126,19 +133,19 @@ def _without_map(obj: bpy.types.Object, name: str) -> str:
     return f"{obj.name}: it has no {lacks}, which its normal map is made for; it is baked with its own normals"
 
 
-def _normals(socket: Any, path: Path) -> Iterator[Feed]:
+def _normals(socket: Any, path: Path) -> Iterator[SocketSource]:
     """What feeds the normals of the shaders that feed a socket; of those that have one."""
-    feed = feeding(socket, path)
-    if feed.node is None:
+    source = socket_source(socket, path)
+    if source.node is None:
         return
-    if feed.node.type in ("MIX_SHADER", "ADD_SHADER"):
-        for each in feed.node.inputs[-2:]:
-            yield from _normals(each, feed.path)
-    elif "Normal" in feed.node.inputs:
-        yield feeding(feed.node.inputs["Normal"], feed.path)
+    if source.node.type in ("MIX_SHADER", "ADD_SHADER"):
+        for each in source.node.inputs[-2:]:
+            yield from _normals(each, source.path)
+    elif "Normal" in source.node.inputs:
+        yield socket_source(source.node.inputs["Normal"], source.path)
 
 
-def _key(feed: Feed) -> tuple[Any, ...]:
+def _key(source: SocketSource) -> tuple[Any, ...]:
     """Equal where the same feeds; all that is not linked is the mesh's own."""
-    node = None if feed.node is None else feed.node.as_pointer()
-    return (node, *(each.as_pointer() for each in feed.path)) if node else ()
+    node = None if source.node is None else source.node.as_pointer()
+    return (node, *(each.as_pointer() for each in source.path)) if node else ()

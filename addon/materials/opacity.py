@@ -12,32 +12,32 @@ from typing import Any
 import bpy
 import numpy as np
 
-from .image_pixels import Pictures
-from .node_evaluator import Values
-from .node_links import Feed, Path, feeding, unread
-from .texel_values import Field, bent, clipped, constant, grey, mapped, mix
+from .image_pixels import ImagePixels
+from .node_evaluator import NodeEvaluator
+from .node_links import Path, SocketSource, socket_source, unread
+from .texel_values import TexelValues, bent, clipped, constant, grey, mapped, mix
 
 
 @dataclass(frozen=True)
 class Opacity:
     """What a material lets through. note: what of it is taken for something else, in words that fit after its name."""
 
-    field: Field
+    texels: TexelValues
     note: str = ""
 
 
-def opacity_of(material: bpy.types.Material | None, pictures: Pictures) -> Opacity:
-    """A material's opacity to shadow rays: a field of values from 0 to 1. Raises Unread."""
+def opacity_of(material: bpy.types.Material | None, pixels: ImagePixels) -> Opacity:
+    """A material's opacity to shadow rays: values from 0 to 1. Raises Unread."""
     tree = None if material is None or not material.use_transparent_shadow else nodes_of(material)
     output = None if tree is None else tree.get_output_node("CYCLES")
     if output is None:
         return Opacity(constant(1.0))
-    surface, volume = (feeding(output.inputs[name], ()) for name in ("Surface", "Volume"))
+    surface, volume = (socket_source(output.inputs[name], ()) for name in ("Surface", "Volume"))
     if surface.node is None and volume.node is not None:
         return Opacity(constant(0.0), "it is a volume alone; light passes through it as if it were clear")
-    reader = _Reader(pictures)
-    field = reader.shader(output.inputs["Surface"], ())
-    return Opacity(replace(field, values=clipped(field.values)), reader.note)
+    reader = _Reader(pixels)
+    texels = reader.shader(output.inputs["Surface"], ())
+    return Opacity(replace(texels, values=clipped(texels.values)), reader.note)
 
 
 def nodes_of(material: bpy.types.Material) -> Any:
@@ -45,55 +45,55 @@ def nodes_of(material: bpy.types.Material) -> Any:
     return material.node_tree if bpy.app.version >= (5, 0) or material.use_nodes else None
 
 
-class _Reader(Values):
+class _Reader(NodeEvaluator):
     """Evaluates the shaders of one material. note: as of `Opacity`."""
 
-    def __init__(self, pictures: Pictures) -> None:
-        super().__init__(pictures)
+    def __init__(self, pixels: ImagePixels) -> None:
+        super().__init__(pixels)
         self.note = ""
 
-    def shader(self, socket: Any, path: Path) -> Field:
+    def shader(self, socket: Any, path: Path) -> TexelValues:
         """The opacity of what feeds a shader socket. Raises Unread."""
-        feed = feeding(socket, path)
-        if feed.node is None:
+        source = socket_source(socket, path)
+        if source.node is None:
             return constant(1.0)
-        handler = _SHADERS.get(feed.node.type)
+        handler = _SHADERS.get(source.node.type)
         if handler is not None:
-            return handler(self, feed)
-        if feed.node.type in _OPAQUE or feed.node.type.startswith("BSDF_"):
+            return handler(self, source)
+        if source.node.type in _OPAQUE or source.node.type.startswith("BSDF_"):
             return constant(1.0)
-        raise unread(feed.node)
+        raise unread(source.node)
 
-    def principled(self, feed: Feed) -> Field:
+    def principled(self, source: SocketSource) -> TexelValues:
         """Its alpha."""
-        alpha = self.number(feed.node.inputs["Alpha"], feed.path)
+        alpha = self.number(source.node.inputs["Alpha"], source.path)
         return replace(alpha, values=clipped(alpha.values))
 
-    def transparent(self, feed: Feed) -> Field:
+    def transparent(self, source: SocketSource) -> TexelValues:
         """Clear where white. A colour would tint the light; here it is as dark as it looks."""
-        colour = self.colour(feed.node.inputs["Color"], feed.path)
+        colour = self.colour(source.node.inputs["Color"], source.path)
         if np.ptp(colour.values, axis=2).max() > 1e-3:
             self.note = "its transparency is coloured; light passes as if it were grey"
         return mapped(lambda grey: 1.0 - np.clip(grey, 0.0, 1.0), grey(colour))
 
-    def mix_shader(self, feed: Feed) -> Field:
+    def mix_shader(self, source: SocketSource) -> TexelValues:
         """Between its two shaders; one that does not count is not read."""
-        factor, first, second = feed.node.inputs
-        share = self.number(factor, feed.path)
+        factor, first, second = source.node.inputs
+        share = self.number(factor, source.path)
         share = replace(share, values=clipped(share.values))
         if share.is_all(0.0) or share.is_all(1.0):
-            return self.shader(first if share.is_all(0.0) else second, feed.path)
-        return mix(share, self.shader(first, feed.path), self.shader(second, feed.path))
+            return self.shader(first if share.is_all(0.0) else second, source.path)
+        return mix(share, self.shader(first, source.path), self.shader(second, source.path))
 
-    def add_shader(self, feed: Feed) -> Field:
+    def add_shader(self, source: SocketSource) -> TexelValues:
         """What either lets through."""
-        first, second = (self.shader(socket, feed.path) for socket in feed.node.inputs)
+        first, second = (self.shader(socket, source.path) for socket in source.node.inputs)
         if first.is_all(1.0) and second.is_all(1.0):
             return first
         return bent(lambda a, b: np.maximum(a + b - 1.0, 0.0), first, second)
 
 
-_SHADERS: dict[str, Callable[[_Reader, Feed], Field]] = {
+_SHADERS: dict[str, Callable[[_Reader, SocketSource], TexelValues]] = {
     "BSDF_PRINCIPLED": _Reader.principled,
     "BSDF_TRANSPARENT": _Reader.transparent,
     "MIX_SHADER": _Reader.mix_shader,

@@ -5,16 +5,19 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Literal
 
 import bpy
 import numpy as np
 
-from ...core.bake import Baked, Settings
+from ...core.base.arrays import Floats
+from ...core.finish.baked import Baked, BakedMap
 from ...core.finish.image_file import dithered, write_image
-from ...core.finish.map_finisher import BakedMap
-from ...core.finish.map_images import pictures
+from ...core.finish.map_images import pictures, title
 from ...core.finish.report import image_metadata
-from ...core.scene.scene import Floats
+from ...core.options.values import told_by_images
+from ...core.settings import Settings
+from ..typed import found_in, pixels_in, space_of
 
 MARK = "occlusion_bake"  # on an image of ours: "object/map"
 _DEPTHS_WITH_ALPHA = (32, 128)  # bits a pixel, of bytes and floats
@@ -35,7 +38,7 @@ def store(baked: Baked) -> dict[str, bpy.types.Image]:
 def _store(owner: str, name: str, values: Floats) -> bpy.types.Image:
     height, width = values.shape[:2]
     image = _image(owner, name, width, height, alpha=values.shape[2:] == (4,))
-    image.pixels.foreach_set(_rgba(values).ravel())
+    pixels_in(image).foreach_set(_rgba(values).ravel())
     image.update()
     image.pack()
     return image
@@ -47,7 +50,7 @@ def store_tiles(bakes: Sequence[Baked], settings: Settings) -> dict[str, bpy.typ
     owner, images = bakes[0].name, {}
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
         for name in bakes[0].maps:
-            told = [image_metadata(baked, name, settings) for baked in bakes]
+            told = [image_metadata(baked, name, told_by_images(settings)) for baked in bakes]
             tiles = [dict(pictures(name, baked.maps[name])) for baked in bakes]
             for part in tiles[0]:
                 paths = [Path(folder, f"{part}.{baked.tile}.exr") for baked in bakes]
@@ -66,7 +69,7 @@ def store_file(owner: str, name: str, path: Path, tile: int | None = None) -> bp
     if tile is None and old is not None and old.source == "FILE" and old.packed_file is None:
         old.filepath = str(path)
         old.reload()
-        old.colorspace_settings.name = "Non-Color"
+        space_of(old).name = "Non-Color"
         return old
     return _loaded(owner, name, path, tile)
 
@@ -78,7 +81,7 @@ def _loaded(owner: str, name: str, path: Path, tile: int | None) -> bpy.types.Im
     _sign(image, owner, name)
     if tile is not None:
         image.source = "TILED"  # Blender looks for the other tiles' files
-    image.colorspace_settings.name = "Non-Color"
+    space_of(image).name = "Non-Color"
     return image
 
 
@@ -91,12 +94,12 @@ def _sign(image: bpy.types.Image, owner: str, name: str) -> None:
 def store_channel(image: bpy.types.Image, channel: str, baked: BakedMap, dither: bool) -> bpy.types.Image:
     """Put a map into one channel of an image of its size; a packed one is packed again, a file is left to be saved."""
     pixels = np.empty((*baked.values.shape, 4), dtype=np.float32)
-    image.pixels.foreach_get(pixels.reshape(-1))
+    pixels_in(image).foreach_get(pixels.reshape(-1))
     values = np.clip(baked.values, 0.0, 1.0)[::-1]
     if not image.is_float and dither:
         values = dithered(values * np.float32(255.0), 255) / np.float32(255.0)
     pixels[..., "RGBA".index(channel)] = values
-    image.pixels.foreach_set(pixels.reshape(-1))
+    pixels_in(image).foreach_set(pixels.reshape(-1))
     image.update()
     if image.packed_file is not None or image.source == "GENERATED":
         image.pack()
@@ -130,18 +133,12 @@ def _image(owner: str, name: str, width: int, height: int, *, alpha: bool) -> bp
         _take_place(image, old, image.name)
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
-    if image.alpha_mode != (mode := "CHANNEL_PACKED" if alpha else "NONE"):
+    mode: Literal["CHANNEL_PACKED", "NONE"] = "CHANNEL_PACKED" if alpha else "NONE"
+    if image.alpha_mode != mode:
         image.alpha_mode = mode
-    if image.colorspace_settings.name != "Non-Color":  # setting it makes Blender read the packed file again
-        image.colorspace_settings.name = "Non-Color"
+    if space_of(image).name != "Non-Color":  # setting it makes Blender read the packed file again
+        space_of(image).name = "Non-Color"
     return image
-
-
-def title(name: str) -> str:
-    """A map's name for people: "ao" → "AO", "ro_10" → "RO 10", "bent" → "Bent"."""
-    kind, _, rest = name.partition("_")
-    kind = kind.upper() if len(kind) == 2 else kind.capitalize()
-    return f"{kind} {rest.replace('_', ' ')}".strip()
 
 
 def _rgba(values: Floats) -> Floats:
@@ -158,6 +155,6 @@ def show_picture(name: str, path: str) -> bpy.types.Image:
     image[MARK] = "picture"
     image.pack()
     image.filepath_raw = ""
-    old = bpy.data.images.get(name)
+    old = found_in(bpy.data.images, name)
     _take_place(image, old if old is not None and old.get(MARK) == "picture" else None, name)
     return image

@@ -7,12 +7,14 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.bake import Baked
+from ...core.base.arrays import Ints
 from ...core.base.errors import InputError
-from ...core.scene.scene import Instance, Ints
+from ...core.finish.baked import Baked
+from ...core.finish.map_images import title
+from ...core.scene.scene import Instance
 from ...core.texels.vertex_bake import corner_values
-from ..read.scene_reader import synced
-from .blender_images import title
+from ..read.blender_state import synced
+from ..typed import found_in, mesh_of
 
 
 def check_colours(view_layer: bpy.types.ViewLayer, target: Instance) -> None:
@@ -30,9 +32,9 @@ def store_colours(obj: bpy.types.Object, target: Instance, baked: Baked) -> list
     now, or holds an attribute of that name and of another kind; nothing is changed then.
     """
     _check_corners(obj, target)
-    mesh, names = obj.data, [title(name) for name in baked.maps]
+    mesh, names = mesh_of(obj), [title(name) for name in baked.maps]
     for name in names:
-        there = mesh.attributes.get(name)
+        there = found_in(mesh.attributes, name)
         if there is not None and (there.data_type, there.domain) != ("FLOAT_COLOR", "CORNER"):
             raise InputError(f"{obj.name}: it has an attribute {name} of another kind; rename or remove that")
     for name, made in zip(names, baked.maps.values(), strict=True):
@@ -47,7 +49,7 @@ def store_colours(obj: bpy.types.Object, target: Instance, baked: Baked) -> list
 
 def _check_corners(obj: bpy.types.Object, target: Instance) -> None:
     """Whether the corners that were baked are those of the mesh itself, not of what modifiers made of it."""
-    corners, mesh = _corners(target), obj.data
+    corners, mesh = _corners(target), mesh_of(obj)
     vertices = np.empty(len(mesh.loops), dtype=np.int32)
     mesh.loops.foreach_get("vertex_index", vertices)
     if corners.max(initial=-1) >= len(vertices) or not np.array_equal(vertices[corners], target.mesh.triangles):

@@ -10,20 +10,23 @@ from typing import Any
 
 import bpy
 
-from ...core.bake import Baked, Settings
 from ...core.base.errors import InputError
+from ...core.finish.baked import Baked
 from ...core.finish.image_file import check_format, suffix
 from ...core.finish.map_files import check_file, clean_name, tile_suffix, whole_path, write_map
-from ...core.finish.map_images import are_grey, check_maps, is_one_grey, map_names
-from ..job.bake_job import Result
+from ...core.options import table
+from ...core.options.values import told_by_images
+from ...core.settings import Settings, check_files
+from ..typed import found_in, space_of
 from .blender_images import store, store_channel, store_file, store_tiles
+from .result import Result
 from .ro_nodes import CODE
 
-PACKED, SAVED, COLOURS, CHANNEL = "PACKED", "SAVED", "COLOURS", "CHANNEL"
+PACKED, SAVED, COLOURS, CHANNEL = (each.upper() for each in (table.PACKED, table.SAVED, table.COLOURS, table.CHANNEL))
 
 
 @dataclass(frozen=True)
-class Output:
+class Destination:
     """kind: PACKED, SAVED, CHANNEL, or COLOURS, which are no images (color_attributes.py). path, format, depth: of
     files. image, channel: the name of an image, and which of RGBA. dither: of integers."""
 
@@ -37,11 +40,11 @@ class Output:
 
     def check(self, objects: Sequence[str], settings: Settings) -> None:
         """Refuse, before a bake, what could not be delivered after it. Raises InputError."""
-        if self.kind == COLOURS and not are_grey(settings):
+        if self.kind == COLOURS and not settings.are_grey:
             raise InputError("Color Attribute: it takes AO and RO alone; switch the other maps off, or bake images")
         if self.kind == SAVED:
             check_format(self.format, self.depth)
-            check_maps(settings, self.format, self.depth)
+            check_files(settings.maps, self.format, self.depth)
             self._check_paths(objects, settings)
         if self.kind == CHANNEL:
             self._check_channel(objects, settings)
@@ -51,10 +54,10 @@ class Output:
         files, so that the one that they are made for is packed, too. Raises InputError, what was there untouched."""
         baked = result.baked
         if self.kind == CHANNEL:
-            image = bpy.data.images.get(self.image)
+            image = found_in(bpy.data.images, self.image)
             if image is None:
                 raise InputError(f"{self.image}: the image was removed during the bake; choose another")
-            if not (space := image.colorspace_settings).is_data:
+            if not (space := space_of(image)).is_data:
                 baked.warnings.append(
                     f"{image.name}: its color space is {space.name}, so that materials read the map too dark; set it "
                     "to Non-Color"
@@ -71,7 +74,7 @@ class Output:
             path = self.file(result.name, name, settings, baked.tile)
             path.parent.mkdir(parents=True, exist_ok=True)
             dither = self.dither and self.depth == 8
-            first.append(write_map(path, baked, name, settings, depth=self.depth, dither=dither)[0])
+            first.append(write_map(path, baked, name, told_by_images(settings), depth=self.depth, dither=dither)[0])
         return store_file(result.name, name, first[0], result.baked.tile)
 
     def file(self, owner: str, name: str, settings: Settings, tile: int | None = None) -> Path:
@@ -80,8 +83,8 @@ class Output:
         known = {
             "object": clean_name(owner),
             "map": name,
-            "width": settings.width,
-            "height": settings.height,
+            "width": settings.image.width,
+            "height": settings.image.height,
             "file": clean_name(Path(scene_file).stem) if scene_file else "untitled",
         }
         try:
@@ -98,7 +101,7 @@ class Output:
 
     def _check_paths(self, objects: Sequence[str], settings: Settings) -> None:
         taken: dict[Path, str] = {}
-        for owner, name in product(objects, map_names(settings)):
+        for owner, name in product(objects, [each.name for each in settings.maps]):
             path = self.file(owner, name, settings)
             if path in taken:
                 raise InputError(
@@ -114,13 +117,13 @@ class Output:
             raise InputError("Image: none is chosen to bake into; choose one")
         if image.library is not None:
             raise InputError(f"{image.name}: it is linked from {image.library.filepath}; make it local first")
-        if len(objects) > 1 or not is_one_grey(settings):
+        if len(objects) > 1 or not settings.is_one_grey:
             raise InputError(f"{image.name}: its channel takes one grey map of one object; choose one of each")
         size = tuple(image.size)
-        if size != (settings.width, settings.height):
+        if size != settings.image.size:
             raise InputError(
-                f"{image.name}: it is {size[0]}x{size[1]} and the bake {settings.width}x{settings.height}; set the "
-                "size to that of the image"
+                f"{image.name}: it is {size[0]}x{size[1]} and the bake "
+                f"{settings.image.width}x{settings.image.height}; set the size to that of the image"
             )
         # Of bytes the depth tells of an alpha; of floats Blender holds four channels, whatever the file has.
         alpha = image.channels == 4 and (image.is_float or image.depth == 32)

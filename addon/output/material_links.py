@@ -11,17 +11,20 @@ from typing import Any
 
 import bpy
 
+from ...core.maps.occlusion import ambient_among, reflection_among
+from ..typed import library_of, mesh_of
 from .blender_images import MARK
 from .ro_nodes import CODES, NORMAL, add_rebuild, set_rebuild
 
 _LABEL = "Occlusion Bake"
+_AO, _RO = "ao", "ro"  # what nodes of ours are for, as they are marked
 _SLOT, _MADE = "slot", "made"  # a material of ours: in a slot that was empty, or in one of its own
 _GLTF_GROUP, _GLTF_SOCKET = "glTF Material Output", "Occlusion"  # as Blender's exporter looks for them
 _SPECULAR = "Specular IOR Level"
 _SHARE = "RO over Horizon"
 
 
-def hook_up(
+def link_images(
     obj: bpy.types.Object,
     images: Mapping[str, bpy.types.Image],
     uv: str | None,
@@ -38,8 +41,7 @@ def hook_up(
     the map; empty where the image is grey. turned: they were baked about the normals that the materials shade with, not
     about the mesh's. An object without materials gets one.
     """
-    ao = images.get("ao")
-    ro = next((image for name, image in images.items() if name.startswith("ro_")), None)
+    ao, ro = (images[name] if name else None for name in (ambient_among(images), reflection_among(images)))
     codes = [image for name in CODES if (image := images.get(name)) is not None]
     codes = codes if len(codes) == len(CODES) else []  # of files there is one for all, which no node reads
     if not (preview or gltf) or (ao is None and ro is None and not codes):
@@ -49,19 +51,20 @@ def hook_up(
     for tree in _trees(obj):
         surface = next((node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"), None)
         if preview and ao is not None and surface is not None:
-            _multiply_colour(tree, surface, _value(tree, "ao", ao, uv, surface, channel))
-        if preview and codes and surface is not None and obj.data.uv_layers:
-            place = uv or obj.data.uv_layers.active.name  # tangents are of a map by name
+            _multiply_colour(tree, surface, _value(tree, _AO, ao, uv, surface, channel))
+        if preview and codes and surface is not None and mesh_of(obj).uv_layers:
+            active: Any = mesh_of(obj).uv_layers.active
+            place = uv or active.name  # tangents are of a map by name
             rebuilt = _rebuilt(tree, codes, place)
             _turn(tree, rebuilt, surface.inputs["Normal"] if turned else None)
             _multiply_specular(tree, surface, rebuilt.outputs[_SHARE])
         elif preview and ro is not None and surface is not None:
-            _multiply_specular(tree, surface, _value(tree, "ro", ro, uv, surface, channel))
+            _multiply_specular(tree, surface, _value(tree, _RO, ro, uv, surface, channel))
         if gltf and ao is not None:
-            _fill_gltf(tree, _value(tree, "ao", ao, uv, surface, channel))
+            _fill_gltf(tree, _value(tree, _AO, ao, uv, surface, channel))
 
 
-def unhook(obj: bpy.types.Object) -> bool:
+def unlink_images(obj: bpy.types.Object) -> bool:
     """Take everything of ours out of the object's materials. Returns whether there was anything."""
     found = False
     for tree in _trees(obj):
@@ -72,20 +75,20 @@ def unhook(obj: bpy.types.Object) -> bool:
         for node in ours:
             tree.nodes.remove(node)
         found = found or bool(ours)
-    group = bpy.data.node_groups.get(_GLTF_GROUP)
+    group: Any = bpy.data.node_groups.get(_GLTF_GROUP)
     if group is not None and MARK in group and not group.users:
         bpy.data.node_groups.remove(group)
     return _remove_material(obj) or found
 
 
-def is_hooked_up(obj: bpy.types.Object) -> bool:
+def has_linked_images(obj: bpy.types.Object) -> bool:
     """Whether any of the object's materials holds nodes of ours."""
     return any(MARK in node for tree in _trees(obj) for node in tree.nodes)
 
 
 def _trees(obj: bpy.types.Object) -> Iterator[Any]:
     for material in {slot.material for slot in obj.material_slots if slot.material is not None}:
-        if material.library is None and material.node_tree is not None:
+        if library_of(material) is None and material.node_tree is not None:
             yield material.node_tree
 
 
@@ -97,17 +100,17 @@ def _add_material(obj: bpy.types.Object) -> None:
     if obj.material_slots:
         obj.material_slots[0].material = material
     else:
-        obj.data.materials.append(material)
+        mesh_of(obj).materials.append(material)
 
 
 def _remove_material(obj: bpy.types.Object) -> bool:
-    """Remove a material that `hook_up` had to make, unless others use it by now."""
+    """Remove a material that `link_images` had to make, unless others use it by now."""
     for slot in obj.material_slots:
-        material = slot.material
+        material: Any = slot.material
         if material is None or MARK not in material or material.users > 1:
             continue
         if material[MARK] == _MADE and len(obj.material_slots) == 1:
-            obj.data.materials.clear()
+            mesh_of(obj).materials.clear()
         else:
             slot.material = None
         bpy.data.materials.remove(material)
@@ -123,7 +126,7 @@ def _value(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside:
             tree.nodes.remove(parts)
         return texture.outputs["Alpha" if channel else "Color"]
     if parts is None:
-        place = (-500.0, 0.0 if kind == "ao" else -300.0)
+        place = (-500.0, 0.0 if kind == _AO else -300.0)
         parts = _node(tree, "ShaderNodeSeparateColor", beside, place, f"{kind} channel")
     tree.links.new(texture.outputs["Color"], parts.inputs["Color"])
     return parts.outputs["RGB".index(channel)]
@@ -131,7 +134,7 @@ def _value(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside:
 
 def _texture(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside: Any) -> Any:
     """Our texture node of a kind, with this image and UV map; new where there is none."""
-    place = (-700.0, 0.0 if kind == "ao" else -300.0)
+    place = (-700.0, 0.0 if kind == _AO else -300.0)
     texture = _ours(tree, f"{kind} image") or _node(tree, "ShaderNodeTexImage", beside, place, f"{kind} image")
     texture.image = image
     if uv is None:
@@ -146,9 +149,9 @@ def _texture(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, besid
 
 def _multiply_colour(tree: Any, surface: Any, occlusion: Any) -> None:
     """occlusion: the socket that gives it."""
-    mix = _ours(tree, "ao multiply")
+    mix = _ours(tree, f"{_AO} multiply")
     if mix is None:
-        mix = _node(tree, "ShaderNodeMix", surface, (-300.0, 0.0), "ao multiply")
+        mix = _node(tree, "ShaderNodeMix", surface, (-300.0, 0.0), f"{_AO} multiply")
         mix.data_type, mix.blend_type = "RGBA", "MULTIPLY"
         mix.inputs["Factor"].default_value = 1.0
         out = next(socket for socket in mix.outputs if socket.type == "RGBA")
@@ -185,9 +188,9 @@ def _turn(tree: Any, rebuilt: Any, normal: Any) -> None:
 
 def _multiply_specular(tree: Any, surface: Any, occlusion: Any) -> None:
     """occlusion: the socket that gives it."""
-    product = _ours(tree, "ro multiply")
+    product = _ours(tree, f"{_RO} multiply")
     if product is None and _SPECULAR in surface.inputs:
-        product = _node(tree, "ShaderNodeMath", surface, (-300.0, -300.0), "ro multiply")
+        product = _node(tree, "ShaderNodeMath", surface, (-300.0, -300.0), f"{_RO} multiply")
         product.operation = "MULTIPLY"
         _pass_through(tree, surface.inputs[_SPECULAR], product.inputs[0], product.outputs[0])
     if product is not None:

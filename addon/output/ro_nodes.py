@@ -14,12 +14,14 @@ import bpy
 import numpy as np
 
 from ...core.base.errors import InputError
-from ...core.spherical.lobe_lut import PADDED, SIDE, TILES, lobe_splines
+from ...core.spherical.directional_format import DirectionalFormat
+from ...core.spherical.lobe_lut import DEGREE, PADDED, SIDE, TILES, lobe_splines
+from ..typed import pixels_in
 from .blender_images import MARK
 
 GROUP, LOBES = "Occlusion Bake RO", "Occlusion Bake lobes"
 IMAGES = 4  # of four numbers each
-CODE = "sh_3"
+CODE = DirectionalFormat("sh", DEGREE).name
 CODES = tuple(f"{CODE}_{number}" for number in range(IMAGES))  # what these are called among an object's
 NORMAL = "Normal"  # the input of that name
 _EXPONENT = 10.0
@@ -85,7 +87,7 @@ def lobe_texture() -> bpy.types.Image:
     image.use_half_precision = False  # on the graphics card, where it would cost a thousandth
     pixels = np.ones((PADDED, TILES * PADDED, 4), dtype=np.float32)
     pixels[..., :3] = lobe_splines()
-    image.pixels.foreach_set(pixels.ravel())
+    pixels_in(image).foreach_set(pixels.ravel())
     image.update()
     image.pack()
     return image
@@ -97,7 +99,7 @@ def _group(uv: str) -> Any:
     found = next((each for each in bpy.data.node_groups if each.get(MARK) == mark and each.library is None), None)
     if found is not None:
         return found
-    group = bpy.data.node_groups.new(GROUP, "ShaderNodeTree")
+    group: Any = bpy.data.node_groups.new(GROUP, "ShaderNodeTree")
     group[MARK] = mark
     for number in range(IMAGES):
         group.interface.new_socket(_colour(number), in_out="INPUT", socket_type="NodeSocketColor")

@@ -31,7 +31,7 @@ class Pairing:
 
     targets: tuple[str, ...]
     highs: Mapping[str, HighNames] = field(default_factory=dict)
-    less: frozenset[str] = frozenset()
+    excluded: frozenset[str] = frozenset()
 
 
 def paired_with(low: str, highs: Sequence[str], cage: str, extrusion: float | None) -> Pairing:

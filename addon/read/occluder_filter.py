@@ -11,36 +11,36 @@ from ...core.base.errors import InputError
 
 
 @dataclass(frozen=True)
-class Occluding:
+class OccluderFilter:
     """names: objects that block light, None: all. alone: each target is blocked by itself alone. ground: a level plane
-    below the targets blocks light, too. A target always blocks its own; less: objects that never block any."""
+    below the targets blocks light, too. A target always blocks its own; excluded: objects that never block any."""
 
     names: frozenset[str] | None = None
     alone: bool = False
     ground: bool = False
-    less: frozenset[str] = frozenset()
+    excluded: frozenset[str] = frozenset()
 
     def counts(self, name: str, *, own: bool = False) -> bool:
         """Whether an object blocks light; own: one that is baked, or baked from."""
-        if name in self.less:
+        if name in self.excluded:
             return False
         return own or (not self.alone and (self.names is None or name in self.names))
 
 
-EVERYTHING = Occluding()
+EVERYTHING = OccluderFilter()
 _SURFACES = frozenset({"MESH", "CURVE", "SURFACE", "FONT", "META"})
 SCENE, SELF = "scene", "self"  # words of the command
 
 
-def named(words: Sequence[str], *, ground: bool = False) -> Occluding:
+def named(words: Sequence[str], *, ground: bool = False) -> OccluderFilter:
     """The command's words: "scene", "self", or names of objects and collections, with all in them.
 
     Raises InputError for a name that the file has not.
     """
     if list(words) == [SCENE]:
-        return Occluding(ground=ground)
+        return OccluderFilter(ground=ground)
     if list(words) == [SELF]:
-        return Occluding(alone=True, ground=ground)
+        return OccluderFilter(alone=True, ground=ground)
     names: set[str] = set()
     for word in words:
         if word not in bpy.data.objects and word not in bpy.data.collections:
@@ -49,10 +49,10 @@ def named(words: Sequence[str], *, ground: bool = False) -> Occluding:
             names.update(obj.name for obj in bpy.data.collections[word].all_objects)
         if word in bpy.data.objects:
             names.add(word)
-    return Occluding(frozenset(names), ground=ground)
+    return OccluderFilter(frozenset(names), ground=ground)
 
 
-def words_of(occluding: Occluding) -> list[str]:
+def arguments_of(occluding: OccluderFilter) -> list[str]:
     """As the command takes it: `named` of these gives the same."""
     if occluding.alone or occluding.names == frozenset():
         return [SELF]

@@ -10,15 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import Any
 
 import bpy
 import numpy as np
 
+from ...core.base.arrays import Doubles, Floats
 from ...core.base.errors import InputError
-from ...core.scene.scene import Doubles, Floats
 from ...core.spherical.octahedral_map import on_octahedron
-from ..compare.cycles import INTO_IMAGE, with_texture
-from .scene_reader import bake_override, passing_object, silenced
+from ..typed import mesh_of, pixels_in
+from .bake_operator import INTO_IMAGE, with_texture
+from .blender_state import bake_override, passing_object, silenced
 from .world_nodes import show_to_surfaces
 
 _NAME = "Occlusion Bake"
@@ -32,7 +34,7 @@ def passing_scene(scene: bpy.types.Scene, world: bpy.types.World) -> Iterator[bp
     Raises InputError where Cycles is not enabled.
     """
     with ExitStack() as stack:
-        passing = bpy.data.scenes.new(_NAME)
+        passing: Any = bpy.data.scenes.new(_NAME)
         stack.callback(bpy.data.scenes.remove, passing)
         passing.world = world.copy()
         stack.callback(bpy.data.worlds.remove, passing.world)
@@ -44,7 +46,8 @@ def passing_scene(scene: bpy.types.Scene, world: bpy.types.World) -> Iterator[bp
             ) from error
         passing.frame_current, passing.frame_subframe = scene.frame_current, scene.frame_subframe
         passing.cycles.samples, passing.cycles.use_adaptive_sampling = _SAMPLES, False
-        passing.cycles.shading_system = scene.cycles.shading_system  # nodes may be scripts
+        cycles: Any = scene.cycles
+        passing.cycles.shading_system = cycles.shading_system  # nodes may be scripts
         passing.world.cycles.sampling_method = "NONE"  # nothing is lit by it
         show_to_surfaces(stack, passing.world)
         yield passing
@@ -64,7 +67,7 @@ def light_of_squares(scene: bpy.types.Scene, corners: Doubles, count: int, width
         stack.enter_context(bake_override(bpy.context, obj, scene, scene.view_layers[0]))
         _bake(scene.world)
         pixels = np.empty((blocks, count, blocks, count, 4), dtype=np.float32)
-        image.pixels.foreach_get(pixels.reshape(-1))
+        pixels_in(image).foreach_get(pixels.reshape(-1))
     return pixels[..., :3].swapaxes(1, 2).reshape(-1, count, count, 3)[: len(corners)]
 
 
@@ -92,11 +95,11 @@ def _image_on(obj: bpy.types.Object, side: int) -> Iterator[bpy.types.Image]:
         stack.callback(bpy.data.images.remove, image)
         material = with_texture(None, image)
         stack.callback(bpy.data.materials.remove, material)
-        obj.data.materials.append(material)
+        mesh_of(obj).materials.append(material)
         yield image
 
 
-def _bake(world: bpy.types.World) -> None:
+def _bake(world: Any) -> None:
     try:
         outcome = bpy.ops.object.bake(type="ENVIRONMENT", **INTO_IMAGE)
     except RuntimeError as error:

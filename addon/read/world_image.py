@@ -10,10 +10,11 @@ import bpy
 import numpy as np
 from mathutils import Euler
 
+from ...core.base.arrays import Doubles, Floats
 from ...core.base.errors import InputError
 from ...core.finish.image_file import read_image
-from ...core.scene.scene import Doubles, Floats
 from ...core.spherical.environment import broken_pixels
+from ..typed import Node, Socket, Tree, space_of
 from .world_nodes import file_of, has_nodes, unreadable
 
 _LINEAR = ("Linear Rec.709", "Non-Color")
@@ -30,10 +31,11 @@ class PlainImage:
 
 def plain_image(world: bpy.types.World) -> PlainImage | None:
     """The image, where the World is an Environment Texture, turned by a Mapping or not, on a Background; else None."""
+    tree: Tree = world.node_tree
     visibility = getattr(world, "cycles_visibility", None)  # None where Blender's Cycles is switched off
-    if not has_nodes(world) or world.node_tree.animation_data or not (visibility is None or visibility.diffuse):
+    if not has_nodes(world) or tree.animation_data or not (visibility is None or visibility.diffuse):
         return None
-    output = world.node_tree.get_output_node("CYCLES")
+    output = tree.get_output_node("CYCLES")
     background = _source(output and output.inputs["Surface"], "BACKGROUND")
     texture = _source(background and background.inputs["Color"], "TEX_ENVIRONMENT")
     if texture is None or background.inputs["Strength"].is_linked or not _is_plain(texture):
@@ -55,7 +57,7 @@ def pixels_of(plain: PlainImage) -> Floats | None:
         return None
     values = values[..., :3]
     check_finite(plain.image.name, values)
-    if plain.image.colorspace_settings.name == "sRGB":
+    if space_of(plain.image).name == "sRGB":
         if values.max() > 1.0:
             return None
         values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
@@ -68,15 +70,15 @@ def check_finite(name: str, values: Floats) -> None:
         raise InputError(f"{name}: {broken}; clamp the image in an editor, or choose another")
 
 
-def _source(socket: bpy.types.NodeSocket | None, kind: str) -> bpy.types.Node | None:
-    """The node of that type that feeds a socket."""
+def _source(socket: Socket, kind: str) -> Node:
+    """The node of that type that feeds a socket, None where none does."""
     if not socket or not socket.is_linked or socket.links[0].is_muted:
         return None
     node = socket.links[0].from_node
     return node if node.type == kind and not node.mute else None
 
 
-def _is_plain(texture: bpy.types.Node) -> bool:
+def _is_plain(texture: Node) -> bool:
     image = texture.image
     if texture.projection != "EQUIRECTANGULAR" or image is None or image.is_dirty:
         return False
@@ -85,7 +87,7 @@ def _is_plain(texture: bpy.types.Node) -> bool:
     return known and image.source == "FILE" and image.type == "IMAGE"
 
 
-def _rotation(vector: bpy.types.NodeSocket) -> Doubles | None:
+def _rotation(vector: Socket) -> Doubles | None:
     """(3, 3), from world directions to what the socket gets; None where that is no rotation."""
     if not vector.is_linked or _is_direction(vector):
         return np.eye(3)
@@ -101,7 +103,7 @@ def _rotation(vector: bpy.types.NodeSocket) -> Doubles | None:
     return matrix.T if mapping.vector_type == "TEXTURE" else matrix
 
 
-def _is_direction(vector: bpy.types.NodeSocket) -> bool:
+def _is_direction(vector: Socket) -> bool:
     """Whether a socket gets the direction of the ray, in world axes."""
     return _source(vector, "TEX_COORD") is not None and vector.links[0].from_socket.name == "Generated"
 

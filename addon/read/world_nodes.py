@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 from ...core.base.errors import InputError
+from ..typed import Node, Socket, Tree
 
 # What Light Path tells of a ray that left a surface once, by a diffuse bounce, and met nothing.
 _DIFFUSE_RAY = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Diffuse Depth": 1.0}
@@ -50,7 +52,7 @@ def unreadable(image: bpy.types.Image) -> InputError:
     return InputError(f"{image.name}: cannot be read as an image; save it anew, or choose another")
 
 
-def _used(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
+def _used(tree: Tree) -> Iterator[Node]:
     """The nodes that lead to the output, those in groups among them."""
     output = tree.get_output_node("CYCLES") if isinstance(tree, bpy.types.ShaderNodeTree) else None
     inside = [node for node in tree.nodes if node.type == "GROUP_OUTPUT" and node.is_active_output]
@@ -68,17 +70,19 @@ def _used(tree: bpy.types.NodeTree) -> Iterator[bpy.types.Node]:
 
 def show_to_surfaces(stack: ExitStack, world: bpy.types.World) -> None:
     """Make a World of ours look to every ray as it does to diffuse ones, without its volume, until the stack closes."""
-    world.cycles_visibility.camera = world.cycles_visibility.diffuse
+    visibility: Any = world.cycles_visibility
+    visibility.camera = visibility.diffuse
     if not has_nodes(world):
         return
-    for node in world.node_tree.nodes:
+    tree: Tree = world.node_tree
+    for node in tree.nodes:
         if node.type == "OUTPUT_WORLD":
             for link in node.inputs["Volume"].links:
-                world.node_tree.links.remove(link)
-    _answer_as_diffuse(stack, world.node_tree)
+                tree.links.remove(link)
+    _answer_as_diffuse(stack, tree)
 
 
-def _answer_as_diffuse(stack: ExitStack, tree: bpy.types.NodeTree) -> None:
+def _answer_as_diffuse(stack: ExitStack, tree: Tree) -> None:
     """Put plain values in the place of what Light Path nodes tell, in copies of groups too."""
     for node in list(tree.nodes):
         if node.type == "LIGHT_PATH":
@@ -90,7 +94,7 @@ def _answer_as_diffuse(stack: ExitStack, tree: bpy.types.NodeTree) -> None:
             _answer_as_diffuse(stack, node.node_tree)
 
 
-def _put_value(tree: bpy.types.NodeTree, output: bpy.types.NodeSocket, value: float) -> None:
+def _put_value(tree: Tree, output: Socket, value: float) -> None:
     targets = [link.to_socket for link in output.links if not link.is_muted]
     if targets:
         plain = tree.nodes.new("ShaderNodeValue").outputs[0]
@@ -99,7 +103,7 @@ def _put_value(tree: bpy.types.NodeTree, output: bpy.types.NodeSocket, value: fl
             tree.links.new(plain, target)
 
 
-def _tells_rays_apart(tree: bpy.types.NodeTree | None) -> bool:
+def _tells_rays_apart(tree: Tree) -> bool:
     return tree is not None and any(
         node.type == "LIGHT_PATH" or (node.type == "GROUP" and _tells_rays_apart(node.node_tree)) for node in tree.nodes
     )

@@ -11,8 +11,8 @@ from __future__ import annotations
 import bpy
 import numpy as np
 
+from ...core.base.arrays import Floats
 from ...core.base.errors import InputError
-from ...core.scene.scene import Floats
 from ...core.spherical.environment import Environment, from_equirectangular, from_octahedral
 from ...core.spherical.octahedral_map import middles, on_octahedron
 from .world_bake import light_of_squares, passing_scene

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-import bpy
-from bpy.props import BoolProperty, EnumProperty
+from typing import Any
 
-from .engine_presets import EXPORTS, panel_settings
+import bpy
+
+from ..typed import Ended, props
+from .engine_presets import PRESETS, panel_settings
+from .properties import settings_in
 from .translate import say
 
-_ITEMS = [(each.name, each.label, f"Set maps, files and normals as {each.label} takes them") for each in EXPORTS]
+_ITEMS = [(each.name, each.label, f"Set maps, files and normals as {each.label} takes them") for each in PRESETS]
 
 
 class OCCLUSION_BAKE_OT_for_engine(bpy.types.Operator):
@@ -18,16 +21,18 @@ class OCCLUSION_BAKE_OT_for_engine(bpy.types.Operator):
     bl_label = "For an Engine"
     bl_options = {"REGISTER", "UNDO"}
 
-    engine: EnumProperty(name="Engine", items=_ITEMS)  # type: ignore[valid-type]
-    packed: BoolProperty(  # type: ignore[valid-type]
-        name="Packed", description="AO goes into the channel of an image that is there, as of an ORM", default=False
-    )
+    __annotations__ = {
+        "engine": props.EnumProperty(name="Engine", items=_ITEMS),
+        "packed": props.BoolProperty(
+            name="Packed", description="AO goes into the channel of an image that is there, as of an ORM", default=False
+        ),
+    }
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        export = next(each for each in EXPORTS if each.name == self.engine)
-        for name, value in panel_settings(export, packed=self.packed).items():
-            setattr(context.scene.occlusion_bake, name, value)
-        self.report({"INFO"}, say("Set for {}", export.label))
+    def execute(self: Any, context: bpy.types.Context) -> Ended:
+        preset = next(each for each in PRESETS if each.name == self.engine)
+        for name, value in panel_settings(preset, packed=self.packed).items():
+            setattr(settings_in(context), name, value)
+        self.report({"INFO"}, say("Set for {}", preset.label))
         return {"FINISHED"}
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Picture:
+class FileFormat:
     """How a map is written. path: a template, as in output/destination.py. format: as in core/finish/image_file.py.
     depth: bits a channel."""
 
@@ -22,63 +22,63 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class BentPicture:
+class BentNormalFormat:
     """How bent normals are written. y, space: as the panel names them. alpha: AO in their fourth channel."""
 
-    picture: Picture
+    file: FileFormat
     y: str
     space: str = "TANGENT"
     alpha: bool = False
 
 
 @dataclass(frozen=True)
-class Export:
+class EnginePreset:
     """A preset. name: that of its page. ao: None where it stays in the file, for the glTF exporter. bent: None where
     the engine has no place for them. packed: the channel of a packed image that AO belongs into."""
 
     name: str
     label: str
-    ao: Picture | None
-    bent: BentPicture | None
+    ao: FileFormat | None
+    bent: BentNormalFormat | None
     packed: str
 
 
-_FILES = Picture("//textures/{object}_{map}")
-_UNREAL = Picture("//textures/T_{object}_{map}")
+_FILES = FileFormat("//textures/{object}_{map}")
+_UNREAL = FileFormat("//textures/T_{object}_{map}")
 
-EXPORTS = (
-    Export("gltf", "glTF", ao=None, bent=None, packed="R"),
-    Export("godot", "Godot", _FILES, BentPicture(_FILES, y="UP"), packed="R"),
-    Export("unreal", "Unreal", _UNREAL, BentPicture(_UNREAL, y="DOWN"), packed="R"),
-    Export("unity_hdrp", "Unity HDRP", _FILES, BentPicture(_FILES, y="UP"), packed="G"),
-    Export("three_js", "three.js", _FILES, bent=None, packed="R"),
+PRESETS = (
+    EnginePreset("gltf", "glTF", ao=None, bent=None, packed="R"),
+    EnginePreset("godot", "Godot", _FILES, BentNormalFormat(_FILES, y="UP"), packed="R"),
+    EnginePreset("unreal", "Unreal", _UNREAL, BentNormalFormat(_UNREAL, y="DOWN"), packed="R"),
+    EnginePreset("unity_hdrp", "Unity HDRP", _FILES, BentNormalFormat(_FILES, y="UP"), packed="G"),
+    EnginePreset("three_js", "three.js", _FILES, bent=None, packed="R"),
 )
 
 
-def panel_settings(export: Export, *, packed: bool = False) -> dict[str, Any]:
+def panel_settings(preset: EnginePreset, *, packed: bool = False) -> dict[str, Any]:
     """What a preset sets in the panel, by the names of its properties; all else stays as it is.
 
     packed: AO goes into the channel of an image that is there, in place of files. That takes AO alone.
     """
     if packed:
         others = dict.fromkeys(("use_ro", "use_bent", "use_code", "use_light"), False)
-        return {"use_ao": True, **others, "output": "CHANNEL", "channel": export.packed, "use_dither": True}
-    return {"use_ao": True, "use_gltf": export.ao is None, **_output(export.ao), **_bent(export.bent)}
+        return {"use_ao": True, **others, "output": "CHANNEL", "channel": preset.packed, "use_dither": True}
+    return {"use_ao": True, "use_gltf": preset.ao is None, **_output(preset.ao), **_bent(preset.bent)}
 
 
-def _output(picture: Picture | None) -> dict[str, Any]:
-    if picture is None:
+def _output(file: FileFormat | None) -> dict[str, Any]:
+    if file is None:
         return {"output": "PACKED"}
     return {
         "output": "SAVED",
-        "path": picture.path,
-        "format": picture.format.upper(),
-        "depth": str(picture.depth),
+        "path": file.path,
+        "format": file.format.upper(),
+        "depth": str(file.depth),
         "use_dither": True,
     }
 
 
-def _bent(bent: BentPicture | None) -> dict[str, Any]:
+def _bent(bent: BentNormalFormat | None) -> dict[str, Any]:
     if bent is None:
         return {"use_bent": False}
     return {"use_bent": True, "bent_space": bent.space, "bent_y": bent.y, "bent_alpha": bent.alpha}

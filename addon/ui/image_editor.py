@@ -6,6 +6,8 @@ from typing import Any
 
 import bpy
 
+from ..typed import window_manager_in
+
 _SETTLES = 0.2  # seconds until a window that was just opened knows its size
 
 
@@ -15,7 +17,7 @@ def show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> None:
         return
     if _editor(context) is None:
         bpy.ops.wm.window_new()
-        context.window_manager.windows[-1].screen.areas[0].ui_type = "IMAGE_EDITOR"
+        window_manager_in(context).windows[-1].screen.areas[0].ui_type = "IMAGE_EDITOR"
     if (found := _editor(context)) is not None:
         found[1].spaces.active.image = image
     bpy.app.timers.register(_fit, first_interval=_SETTLES)
@@ -23,7 +25,7 @@ def show_in_editor(context: bpy.types.Context, image: bpy.types.Image) -> None:
 
 def _editor(context: bpy.types.Context) -> tuple[Any, Any] | None:
     """The first Image Editor of all windows, as window and area."""
-    places = ((window, area) for window in context.window_manager.windows for area in window.screen.areas)
+    places = ((window, area) for window in window_manager_in(context).windows for area in window.screen.areas)
     return next((place for place in places if place[1].ui_type == "IMAGE_EDITOR"), None)
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ..typed import layout_of
 from .operators import (
     OCCLUSION_BAKE_OT_again,
     OCCLUSION_BAKE_OT_bake,
@@ -23,7 +24,7 @@ class OCCLUSION_BAKE_MT_object(bpy.types.Menu):
     bl_label = "Occlusion Bake"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout = self.layout
+        layout = layout_of(self)
         layout.operator_context = "INVOKE_DEFAULT"  # or the window would wait for the bake
         layout.operator(OCCLUSION_BAKE_OT_bake.bl_idname, icon="RENDER_STILL")
         layout.operator(OCCLUSION_BAKE_OT_compare.bl_idname, icon="MOD_OPACITY")

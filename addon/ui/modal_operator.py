@@ -6,14 +6,15 @@ import math
 import time
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import bpy
 
 from ...core.base.errors import Cancelled, InputError
 from ...core.progress import Progress
 from ..job.runner import Runner, Steps, run
-from .properties import redraw, show_lines
+from ..typed import Ended, OperatorMixin, window_manager_in
+from .properties import redraw, result_in, show_lines
 from .request import chosen_objects
 from .translate import say
 
@@ -26,7 +27,7 @@ _HELD = 0.04  # of the time, at most, may the window be held up by either: drawn
 _FORESEEN = (InputError, Cancelled, MemoryError, RuntimeError, ReferenceError)
 
 
-class LongOperator:
+class LongOperator(OperatorMixin):
     """Mixed into an operator: `start` gives its steps. `execute` does them at once, `invoke` while the window lives."""
 
     _active: ClassVar[Any] = None
@@ -44,7 +45,7 @@ class LongOperator:
     def is_idle(cls) -> bool:
         """For `poll`: whether nothing runs; what does is told."""
         if running() is not None:
-            cls.poll_message_set("A bake is running")  # type: ignore[attr-defined]
+            cls.poll_message_set("A bake is running")
             return False
         return True
 
@@ -53,11 +54,11 @@ class LongOperator:
         if not cls.is_idle():
             return False
         if not any(obj.type == "MESH" for obj in chosen_objects(context)):
-            cls.poll_message_set("Select a mesh object")  # type: ignore[attr-defined]
+            cls.poll_message_set("Select a mesh object")
             return False
         return True
 
-    def execute(self: Any, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: bpy.types.Context) -> Ended:
         """At once: in the background, from scripts."""
         progress = Progress()
         try:
@@ -66,21 +67,21 @@ class LongOperator:
             return self._failed(context, error)
         return {"FINISHED"}
 
-    def invoke(self: Any, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> Ended:
         """In the window: the work goes on between events."""
         if bpy.app.background:
             return self.execute(context)
         self._progress = Progress()
         self._runner = Runner(self.start(context, self._progress), self._progress, give_way=True)
-        self._due, self._look, self._said = 0.0, 0.0, ""
+        self._due, self._look, self._looked, self._said = 0.0, 0.0, 0.0, ""
         self._asked: list[str] = []  # what was asked to be drawn at the last event
-        self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
-        context.window_manager.modal_handler_add(self)
+        self._timer = window_manager_in(context).event_timer_add(_TICK, window=context.window)
+        window_manager_in(context).modal_handler_add(self)
         LongOperator._active = self
         self._show(context)
         return {"RUNNING_MODAL"}
 
-    def modal(self: Any, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+    def modal(self, context: bpy.types.Context, event: bpy.types.Event) -> Ended:
         """Everything but our timer and Escape goes on to Blender."""
         escaped = event.type == "ESC" and event.value == "PRESS"
         if escaped:  # the end is at hand, and the next event may have to wait until all views are drawn
@@ -93,7 +94,7 @@ class LongOperator:
         except _FORESEEN as error:
             self._end(context)
             # Where the cure is to press once more, no pop-up may lie over the button.
-            asked = context.window_manager.occlusion_bake.asked
+            asked = result_in(context).asked
             return self._failed(context, error, "WARNING" if asked else "ERROR")
         except BaseException:
             self._end(context)
@@ -104,11 +105,11 @@ class LongOperator:
         self._show(context)
         return {"RUNNING_MODAL"} if escaped else {"PASS_THROUGH"}
 
-    def cancel(self: Any, context: bpy.types.Context) -> None:
+    def cancel(self, context: bpy.types.Context) -> None:
         """Blender ends the operator: another file is loaded, the window closes."""
         self._end(context)
 
-    def _show(self: Any, context: bpy.types.Context) -> None:
+    def _show(self, context: bpy.types.Context) -> None:
         """Let the work, and how far it is, be drawn where they are due. How long the last drawing held up the window,
         until this event, tells when the next one may be: a window that waits for its drawing answers nobody."""
         now = time.monotonic()
@@ -129,17 +130,19 @@ class LongOperator:
                 context.workspace.status_text_set(say("Occlusion Bake   {}   Esc: Cancel", text))
             redraw(context, "VIEW_3D")
 
-    def _end(self: Any, context: bpy.types.Context) -> None:
+    def _end(self, context: bpy.types.Context) -> None:
         if LongOperator._active is not self:
             return
         LongOperator._active = None
         self._runner.close()
-        context.window_manager.event_timer_remove(self._timer)
+        window_manager_in(context).event_timer_remove(self._timer)
         for workspace in bpy.data.workspaces:  # the artist may have gone to another in the meantime
             workspace.status_text_set(None)
         redraw(context, "VIEW_3D", "IMAGE_EDITOR")
 
-    def _failed(self: Any, context: bpy.types.Context, error: BaseException, level: str = "ERROR") -> set[str]:
+    def _failed(
+        self, context: bpy.types.Context, error: BaseException, level: Literal["WARNING", "ERROR"] = "ERROR"
+    ) -> Ended:
         if isinstance(error, Cancelled):
             self.report({"INFO"}, "Cancelled; nothing was changed")
             return {"CANCELLED"}

@@ -8,8 +8,8 @@ from typing import Any
 
 import bpy
 
-from ...core.bake import Baked
 from ...core.base.errors import Cancelled, InputError, NoUnwrapper
+from ...core.finish.baked import Baked
 from ...core.finish.report import (
     error_in_words,
     first_of,
@@ -18,22 +18,26 @@ from ...core.finish.report import (
     rays_per_texel,
     times_as_long,
 )
+from ...core.maps.occlusion import AMBIENT
 from ...core.progress import Progress
 from ...core.scene.scene import Instance
 from ..charts.chart_job import CHARTS, SMART, own_active
-from ..charts.rollback import charts_on_trial
+from ..charts.rollback import chart_rollback
 from ..compare.steps import compare_here, compare_in_child
-from ..job.bake_job import Deliver, Options, Outcome, Result, bake_steps, prepared_charts
+from ..job.bake_job import BakeJob, Deliver, bake_steps, prepared_charts
+from ..job.outcome import Outcome
 from ..job.runner import Steps
 from ..output.blender_images import show_picture
 from ..output.color_attributes import store_colours
 from ..output.destination import CHANNEL
-from ..output.material_links import hook_up, is_hooked_up, unhook
+from ..output.material_links import has_linked_images, link_images, unlink_images
+from ..output.result import Result
+from ..typed import Ended, found_in, library_of, mesh_of, view_layer_in
 from . import viewport_overlay
 from .image_editor import show_in_editor
 from .modal_operator import LongOperator, running
-from .properties import add_lines, redraw, show_lines
-from .request import Order, chosen_objects, is_ours, keep_order, order_again, order_of
+from .properties import add_lines, redraw, result_in, settings_in, show_lines
+from .request import BakeRequest, chosen_objects, is_ours, request_from_image, request_from_panel, store_request
 from .select_overlap import select_overlap
 from .translate import say
 
@@ -41,20 +45,20 @@ _NAMED = 6  # occluders in the line that says who they were
 
 
 class _BakeOperator(LongOperator):
-    """Mixed into an operator that bakes what its `order` says."""
+    """Mixed into an operator that bakes what its `request` says."""
 
     _previewed: Any = None  # the values that the 3D view shows
 
-    def order(self, context: bpy.types.Context) -> Order:
+    def request(self, context: bpy.types.Context) -> BakeRequest:
         """What to bake, and where to. Raises InputError."""
         raise NotImplementedError
 
-    def preview(self: Any, context: bpy.types.Context, progress: Progress) -> bool:
+    def preview(self, context: bpy.types.Context, progress: Progress) -> bool:
         """On the object in the 3D view."""
         preview = progress.preview
-        if preview is None or not context.window_manager.occlusion_bake.show:
+        if preview is None or not result_in(context).show:
             return False
-        obj, values = context.view_layer.objects.get(preview.target.name), preview.values()
+        obj, values = found_in(view_layer_in(context).objects, preview.target.name), preview.values()
         if obj is None or values is None or values is self._previewed:
             return False
         self._previewed = values
@@ -63,15 +67,15 @@ class _BakeOperator(LongOperator):
         return True
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        order, outcome = self.order(context), Outcome()
-        options = _second_press(context, order.options)
-        order.output.check([options.atlas] if options.atlas else options.objects, options.settings)
+        request, outcome = self.request(context), Outcome()
+        job = _second_press(context, request.job)
+        request.destination.check([job.layout.atlas] if job.layout.atlas else job.objects, job.settings)
         show_lines(context, [])
         self.states = outcome.states
-        deliver = self._deliverer(context, order, outcome)
-        with charts_on_trial(context.view_layer, options.objects, outcome.finished):
+        deliver = self._deliverer(context, request, outcome)
+        with chart_rollback(view_layer_in(context), job.objects, outcome.finished):
             try:
-                yield from bake_steps(context, options, progress, outcome, deliver)
+                yield from bake_steps(context, job, progress, outcome, deliver)
             except Cancelled:
                 if not outcome.finished:
                     raise
@@ -79,38 +83,38 @@ class _BakeOperator(LongOperator):
                 _ask_for_second_press(context, outcome)
                 viewport_overlay.end_making()
                 redraw(context, "VIEW_3D", every_region=True)
-        self._conclude(context, options, outcome)
+        self._conclude(context, job, outcome)
 
-    def _deliverer(self: Any, context: bpy.types.Context, order: Order, outcome: Outcome) -> Deliver:
+    def _deliverer(self, context: bpy.types.Context, request: BakeRequest, outcome: Outcome) -> Deliver:
         """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
-        options, objects = order.options, context.view_layer.objects
-        chosen = {name: objects[name].session_uid for name in options.objects}
+        objects = view_layer_in(context).objects
+        chosen = {name: objects[name].session_uid for name in request.job.objects}
 
         def deliver(result: Result) -> None:
             found = _still_there(result, chosen, outcome)
-            put(result, found, order, outcome.charting.layer)
+            put(result, found, request, outcome.charting.layer)
             for obj, target in found:
                 viewport_overlay.show(obj, target, result.bakes)
             for baked in result.bakes:
                 add_lines(context, result_lines(baked))
-                context.window_manager.occlusion_bake.overlapping |= baked.overlapped > 0
-            warnings = list(dict.fromkeys(line for baked in result.bakes for line in baked.warnings))
-            add_lines(context, warnings)
-            for line in warnings:
+                result_in(context).overlapping |= baked.surface.overlapped > 0
+            add_lines(context, result.warnings)
+            for line in result.warnings:
                 self.report({"WARNING"}, line)
 
         return deliver
 
-    def _conclude(self: Any, context: bpy.types.Context, options: Options, outcome: Outcome) -> None:
+    def _conclude(self, context: bpy.types.Context, job: BakeJob, outcome: Outcome) -> None:
         add_lines(context, [_occluders_line(outcome.occluders), *outcome.notes, *outcome.refused])
         for line in outcome.notes:
             self.report({"INFO"}, line)
         for line in outcome.refused:
             self.report({"WARNING"}, line)
-        baked, wanted = len(outcome.finished), len(options.objects)
+        baked, wanted = len(outcome.finished), len(job.objects)
         what = say("Baked {}", _counted(baked)) if baked == wanted else say("Baked {} of {}", baked, _counted(wanted))
-        seconds = outcome.seconds.get("total")
-        took = say("{} in {:.2f} s", what, seconds) if seconds is not None else say("{}, then was cancelled", what)
+        took = say("{}, then was cancelled", what)
+        if outcome.complete:
+            took = say("{} in {:.2f} s", what, outcome.clock.shared["total"])
         self.report({"INFO"}, took)
 
 
@@ -121,8 +125,8 @@ class OCCLUSION_BAKE_OT_bake(_BakeOperator, bpy.types.Operator):
     bl_label = "Bake Occlusion"
     bl_options = {"UNDO"}
 
-    def order(self, context: bpy.types.Context) -> Order:
-        return order_of(context)
+    def request(self, context: bpy.types.Context) -> BakeRequest:
+        return request_from_panel(context)
 
 
 class OCCLUSION_BAKE_OT_again(_BakeOperator, bpy.types.Operator):
@@ -137,12 +141,13 @@ class OCCLUSION_BAKE_OT_again(_BakeOperator, bpy.types.Operator):
         if not cls.is_idle():
             return False
         if not is_ours(getattr(context, "edit_image", None)):
-            cls.poll_message_set("Show an image that Occlusion Bake has made")  # type: ignore[attr-defined]
+            cls.poll_message_set("Show an image that Occlusion Bake has made")
             return False
         return True
 
-    def order(self, context: bpy.types.Context) -> Order:
-        return order_again(context.view_layer, context.edit_image)
+    def request(self, context: bpy.types.Context) -> BakeRequest:
+        image: Any = context.edit_image
+        return request_from_image(view_layer_in(context), image)
 
 
 class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
@@ -153,12 +158,13 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        options, outcome, kept = _second_press(context, order_of(context).options), Outcome(), []
-        uv = options.uv if options.uv == SMART else CHARTS
+        job, outcome = _second_press(context, request_from_panel(context).job), Outcome()
+        kept: list[str] = []
+        uv = job.uv if job.uv == SMART else CHARTS
         show_lines(context, [])
-        with charts_on_trial(context.view_layer, options.objects, kept):
+        with chart_rollback(view_layer_in(context), job.objects, kept):
             try:
-                kept += yield from prepared_charts(context, replace(options, uv=uv), progress, outcome)
+                kept += yield from prepared_charts(context, replace(job, uv=uv), progress, outcome)
             finally:
                 _ask_for_second_press(context, outcome)
         lines = outcome.notes or ["The charts made before still fit"]
@@ -176,19 +182,19 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
-        options = order_of(context).options
-        active = context.view_layer.objects.active
-        name = active.name if active is not None and active.name in options.objects else options.objects[0]
+        job = request_from_panel(context).job
+        active = view_layer_in(context).objects.active
+        name = active.name if active is not None and active.name in job.objects else job.objects[0]
         show_lines(context, [])
         # A child Blender bakes beside the window; Blender as a module has no program to start.
         compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
-        samples = context.scene.occlusion_bake.cycles_samples
-        one = replace(options, objects=(name,))
-        with charts_on_trial(context.view_layer, one.objects, []):
+        samples = settings_in(context).cycles_samples
+        one = replace(job, objects=(name,))
+        with chart_rollback(view_layer_in(context), one.objects, []):
             yield from compared(context, one, samples, progress, self._finish)
 
-    def _finish(self: Any, context: bpy.types.Context, entry: dict[str, Any]) -> None:
-        cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, "ao")
+    def _finish(self, context: bpy.types.Context, entry: dict[str, Any]) -> None:
+        cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, AMBIENT.name)
         show_in_editor(context, show_picture(f"{entry['name']} Comparison", cycles["picture"]))
         lines = [
             say("Occlusion Bake {:.2f} s, {:.1f} rays a texel, error {}", ours, rays_per_texel(entry), error),
@@ -211,13 +217,13 @@ class OCCLUSION_BAKE_OT_select_overlap(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        obj = context.view_layer.objects.active
-        if obj is not None and obj.type == "MESH" and obj.data.uv_layers and obj.data.library is None:
+        obj = view_layer_in(context).objects.active
+        if obj is not None and obj.type == "MESH" and mesh_of(obj).uv_layers and library_of(mesh_of(obj)) is None:
             return True
         cls.poll_message_set("The active object is no mesh of this file with a UV map")
         return False
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: bpy.types.Context) -> Ended:
         count = select_overlap(context)
         self.report(
             {"INFO"}, say("{} faces overlap in the UV map", count) if count else say("No faces overlap in the UV map")
@@ -234,13 +240,13 @@ class OCCLUSION_BAKE_OT_unhook(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
-        if any(is_hooked_up(obj) for obj in chosen_objects(context)):
+        if any(has_linked_images(obj) for obj in chosen_objects(context)):
             return True
         cls.poll_message_set("No baked image is in the materials of the selected objects")
         return False
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
-        done = sum(unhook(obj) for obj in chosen_objects(context))
+    def execute(self, context: bpy.types.Context) -> Ended:
+        done = sum(unlink_images(obj) for obj in chosen_objects(context))
         self.report({"INFO"}, say("Removed from the materials of {}", _counted(done)))
         return {"FINISHED"}
 
@@ -256,23 +262,23 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
     def poll(cls, context: bpy.types.Context) -> bool:
         return running() is not None
 
-    def execute(self, context: bpy.types.Context) -> set[str]:
+    def execute(self, context: bpy.types.Context) -> Ended:
         progress = running()
         if progress is not None:
             progress.cancel()
         return {"FINISHED"}
 
 
-def _second_press(context: bpy.types.Context, options: Options) -> Options:
+def _second_press(context: bpy.types.Context, job: BakeJob) -> BakeJob:
     """After one that told of the missing xatlas, Blender unwraps."""
-    shown = context.window_manager.occlusion_bake
+    shown = result_in(context)
     smart, shown.asked = shown.asked, False
-    return replace(options, smart=smart)
+    return replace(job, smart=smart)
 
 
 def _ask_for_second_press(context: bpy.types.Context, outcome: Outcome) -> None:
     refused = outcome.charting.refused.values()
-    context.window_manager.occlusion_bake.asked = any(isinstance(each, NoUnwrapper) for each in refused)
+    result_in(context).asked = any(isinstance(each, NoUnwrapper) for each in refused)
 
 
 def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> list[tuple[bpy.types.Object, Instance]]:
@@ -283,7 +289,7 @@ def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> li
         obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
         if obj is None:
             refusal = InputError(f"{target.name}: removed during the bake; its image was left as it was")
-        elif target.name in outcome.charting.made and outcome.charting.where not in obj.data.uv_layers:
+        elif target.name in outcome.charting.made and outcome.charting.request.layer not in mesh_of(obj).uv_layers:
             refusal = InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
         else:
             found.append((obj, target))
@@ -296,24 +302,28 @@ def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> li
     return found
 
 
-def put(result: Result, found: Sequence[tuple[bpy.types.Object, Instance]], order: Order, layer: str | None) -> None:
+def put(
+    result: Result, found: Sequence[tuple[bpy.types.Object, Instance]], request: BakeRequest, layer: str | None
+) -> None:
     """The maps of a result to where they go. found: the objects, as they are and as they were baked. layer: the UV map
     that they are for, None for the active one."""
-    options = order.options
-    if options.colours:
+    job, destination = request.job, request.destination
+    if job.layout.corners:
         store_colours(found[0][0], result.target, result.baked)
         return
-    images = order.output.deliver(result, options.settings, shown=order.preview)
-    channel = order.output.channel if order.output.kind == CHANNEL else ""
+    images = destination.deliver(result, job.settings, shown=request.preview)
+    channel = destination.channel if destination.kind == CHANNEL else ""
     if not channel:
-        keep_order(order, images)
+        store_request(request, images)
     for obj, target in found:
-        hook_up(
-            *(obj, images, layer or own_active(obj.data)),
-            preview=order.preview,
-            gltf=order.gltf,
+        link_images(
+            obj,
+            images,
+            layer or own_active(mesh_of(obj)),
+            preview=request.preview,
+            gltf=request.gltf,
             channel=channel,
-            turned=target.normal_map is not None or obj.name in options.highs,
+            turned=target.normal_map is not None or obj.name in job.highs,
         )
 
 
@@ -324,7 +334,10 @@ def result_lines(baked: Baked) -> list[str]:
     return [
         say(
             "{}: {:.2f} s, {:.1f} million rays, {:.1f} million a second",
-            *(name, entry["seconds"]["total"], baked.rays / 1e6, million_rays_per_second(entry)),
+            name,
+            entry["seconds"]["total"],
+            baked.rays / 1e6,
+            million_rays_per_second(entry),
         ),
         say("Error: {}", errors),
     ]

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from itertools import islice
 from textwrap import wrap
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import bpy
 
-from ..job.bake_job import BAKING, DONE, REFUSED, WAITING
+from ...core.maps.registry import MAPS
+from ...core.options.table import by_rays
+from ..job.outcome import BAKING, DONE, REFUSED, WAITING
 from ..output.blender_images import MARK
-from ..output.destination import CHANNEL, PACKED, SAVED
 from ..read.occluder_filter import may_occlude
+from ..typed import PanelMixin, layout_of, view_layer_in
 from .engine_operator import OCCLUSION_BAKE_OT_for_engine
 from .modal_operator import percent, progress_words, queue, running
 from .operators import (
@@ -24,7 +26,7 @@ from .operators import (
     OCCLUSION_BAKE_OT_unwrap,
 )
 from .presets import OCCLUSION_BAKE_PT_presets
-from .properties import OcclusionBakeSettings, by_rays
+from .properties import draw_options, result_in, settings_in
 from .request import chosen_occluders, is_ours
 from .translate import say
 
@@ -33,7 +35,7 @@ _FRAME, _LETTER = 56.0, 5.7
 _LISTED = 8  # occluders by name: a scene may hold thousands, and panels are drawn often
 
 
-class _Sidebar:
+class _Sidebar(PanelMixin):
     bl_space_type = "VIEW_3D"
     bl_region_type = "UI"
     bl_category = "Occlusion"
@@ -43,7 +45,7 @@ class _Settings(_Sidebar):
     """Mixed into a panel of settings below the first, closed until it is asked for."""
 
     bl_parent_id = "OCCLUSION_BAKE_PT_bake"
-    bl_options: ClassVar = {"DEFAULT_CLOSED"}
+    bl_options = {"DEFAULT_CLOSED"}
 
 
 class _Switched(_Settings):
@@ -52,14 +54,15 @@ class _Switched(_Settings):
     switch: ClassVar[str]  # the setting's name
 
     def draw_header(self, context: bpy.types.Context) -> None:
-        self.layout.prop(context.scene.occlusion_bake, self.switch, text="")
+        layout_of(self).prop(settings_in(context), self.switch, text="")
 
 
-def _begin(panel: bpy.types.Panel, context: bpy.types.Context) -> tuple[bpy.types.UILayout, OcclusionBakeSettings]:
+def _begin(panel: bpy.types.Panel, context: bpy.types.Context) -> tuple[bpy.types.UILayout, Any]:
     """A panel's layout, names beside values as Blender has it, and the settings."""
-    panel.layout.use_property_split = True
-    panel.layout.use_property_decorate = False
-    return panel.layout, context.scene.occlusion_bake
+    layout = layout_of(panel)
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    return layout, settings_in(context)
 
 
 class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
@@ -74,20 +77,20 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
         maps = layout.column(heading="Maps")
-        maps.prop(chosen, "use_ao")
-        maps.prop(chosen, "use_ro")
-        maps.prop(chosen, "use_bent")
+        for entry in MAPS:
+            if entry.switch and entry.listed:
+                maps.prop(chosen, entry.switch)
         size = layout.column(align=True)
         size.prop(chosen, "width", text="Size X")
         size.prop(chosen, "height", text="Y")
         layout.prop(chosen, "quality")
         if by_rays(chosen):
             layout.prop(chosen, "rays")
-        layout.prop(context.window_manager.occlusion_bake, "show")
+        layout.prop(result_in(context), "show")
         draw_button(layout, OCCLUSION_BAKE_OT_bake.bl_idname, "RENDER_STILL")
 
 
-def draw_button(layout: bpy.types.UILayout, operator: str, icon: str) -> None:
+def draw_button(layout: bpy.types.UILayout, operator: str, icon: Any) -> None:
     """The button that bakes; while it does, how far it is, and the way out."""
     row = layout.row(align=True)
     row.scale_y = 1.6
@@ -103,7 +106,7 @@ def draw_button(layout: bpy.types.UILayout, operator: str, icon: str) -> None:
     _draw_queue(column)
 
 
-_STATES = {WAITING: "RADIOBUT_OFF", BAKING: "RADIOBUT_ON", DONE: "CHECKMARK", REFUSED: "ERROR"}
+_STATES: dict[str, Any] = {WAITING: "RADIOBUT_OFF", BAKING: "RADIOBUT_ON", DONE: "CHECKMARK", REFUSED: "ERROR"}
 
 
 def _draw_queue(column: bpy.types.UILayout) -> None:
@@ -126,17 +129,17 @@ class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
     bl_label = "Result"
 
     def draw(self, context: bpy.types.Context) -> None:
-        column = self.layout.column(align=True)
+        column = layout_of(self).column(align=True)
         column.scale_y = 0.8
-        lines = context.window_manager.occlusion_bake.lines or say("None yet")
+        lines = result_in(context).lines or say("None yet")
         for line in lines.split("\n"):
             for part in wrap(line, _letters(context), subsequent_indent="   "):
                 column.label(text=part, translate=False)
-        if context.window_manager.occlusion_bake.overlapping:
-            self.layout.operator(OCCLUSION_BAKE_OT_select_overlap.bl_idname, icon="RESTRICT_SELECT_OFF")
+        if result_in(context).overlapping:
+            layout_of(self).operator(OCCLUSION_BAKE_OT_select_overlap.bl_idname, icon="RESTRICT_SELECT_OFF")
 
 
-def _letters(context: bpy.types.Context) -> int:
+def _letters(context: Any) -> int:
     """How many letters of ordinary text a line holds, as the sidebar is wide now."""
     width = context.region.width / context.preferences.system.ui_scale
     return max(int((width - _FRAME) / _LETTER), 16)
@@ -150,11 +153,7 @@ class OCCLUSION_BAKE_PT_reflection(_Settings, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
         layout.active = chosen.use_ro
-        layout.prop(chosen, "exponents")
-        layout.prop(chosen, "direction")
-        horizon = layout.row()
-        horizon.active = chosen.direction == "CAMERA"
-        horizon.prop(chosen, "divide_horizon")
+        draw_options(layout, chosen, "reflection")
 
 
 class OCCLUSION_BAKE_PT_bent(_Settings, bpy.types.Panel):
@@ -165,9 +164,7 @@ class OCCLUSION_BAKE_PT_bent(_Settings, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
         layout.active = chosen.use_bent
-        layout.prop(chosen, "bent_space")
-        layout.prop(chosen, "bent_y", expand=True)
-        layout.prop(chosen, "bent_alpha")
+        draw_options(layout, chosen, "bent")
 
 
 class OCCLUSION_BAKE_PT_code(_Switched, bpy.types.Panel):
@@ -179,10 +176,7 @@ class OCCLUSION_BAKE_PT_code(_Switched, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
         layout.active = chosen.use_code
-        layout.prop(chosen, "code")
-        if chosen.code == "SH":
-            layout.prop(chosen, "code_degree")
-        layout.prop(chosen, "code_rays")
+        draw_options(layout, chosen, "code")
 
 
 class OCCLUSION_BAKE_PT_light(_Switched, bpy.types.Panel):
@@ -194,8 +188,7 @@ class OCCLUSION_BAKE_PT_light(_Switched, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
         layout.active = chosen.use_light
-        layout.prop(chosen, "light_picture")
-        layout.prop(chosen, "use_light_lobe")
+        draw_options(layout, chosen, "light")
 
 
 class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
@@ -204,25 +197,20 @@ class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
     bl_label = "Occluders"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = _begin(self, context)
-        layout.prop(chosen, "occluders", text="Objects")
-        if chosen.occluders == "COLLECTION":
-            layout.prop(chosen, "collection")
-        layout.prop(chosen, "use_ground")
-        layout.prop(chosen, "use_front_only")
+        draw_options(*_begin(self, context), "occluders")
         self._draw_list(context)
 
     def _draw_list(self, context: bpy.types.Context) -> None:
-        column = self.layout.column(align=True)
+        column = layout_of(self).column(align=True)
         column.active = False
         found = chosen_occluders(context)
-        objects = context.view_layer.objects if found is None else found
+        objects = view_layer_in(context).objects if found is None else found
         names = [obj.name for obj in islice(filter(may_occlude, objects), _LISTED + 1)]
         for name in names[:_LISTED]:
             column.label(text=name, icon="OBJECT_DATA", translate=False)
         if len(names) > _LISTED:
             column.label(text="and more")
-        if context.scene.occlusion_bake.occluders in ("SELF", "COLLECTION"):
+        if settings_in(context).occluders in ("SELF", "COLLECTION"):
             column.label(text="Each baked object itself", icon="OBJECT_DATA")
 
 
@@ -232,13 +220,7 @@ class OCCLUSION_BAKE_PT_highs(_Settings, bpy.types.Panel):
     bl_label = "High to Low"
 
     def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = _begin(self, context)
-        layout.prop(chosen, "source")
-        more = layout.column()
-        more.active = chosen.source != "SELF"
-        if chosen.source == "SELECTED":
-            more.prop(chosen, "cage")
-        more.prop(chosen, "extrusion")
+        draw_options(*_begin(self, context), "highs")
 
 
 class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):
@@ -249,23 +231,7 @@ class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
         layout.operator_menu_enum(OCCLUSION_BAKE_OT_for_engine.bl_idname, "engine", icon="EXPORT")
-        layout.prop(chosen, "layout", text="Images Of")
-        if chosen.layout == "ATLAS":
-            layout.prop(chosen, "atlas")
-        layout.prop(chosen, "output", text="To")
-        if chosen.output == SAVED:
-            layout.prop(chosen, "path")
-            layout.prop(chosen, "format")
-            layout.prop(chosen, "depth", expand=True)
-            dither = layout.row()
-            dither.active = chosen.depth == "8"
-            dither.prop(chosen, "use_dither")
-        if chosen.output == CHANNEL:
-            layout.prop(chosen, "image")
-            layout.prop(chosen, "channel", expand=True)
-            layout.prop(chosen, "use_dither")
-        if chosen.layout == "EACH" and chosen.output in (PACKED, SAVED):
-            layout.prop(chosen, "use_udim")
+        draw_options(layout, chosen, "output")
 
 
 class OCCLUSION_BAKE_PT_image(bpy.types.Panel):
@@ -282,8 +248,9 @@ class OCCLUSION_BAKE_PT_image(bpy.types.Panel):
         return is_ours(context.edit_image)
 
     def draw(self, context: bpy.types.Context) -> None:
-        self.layout.label(text=context.edit_image[MARK].replace("/", ", "), icon="OBJECT_DATA", translate=False)
-        draw_button(self.layout, OCCLUSION_BAKE_OT_again.bl_idname, "FILE_REFRESH")
+        image: Any = context.edit_image
+        layout_of(self).label(text=image[MARK].replace("/", ", "), icon="OBJECT_DATA", translate=False)
+        draw_button(layout_of(self), OCCLUSION_BAKE_OT_again.bl_idname, "FILE_REFRESH")
 
 
 class OCCLUSION_BAKE_PT_material(_Settings, bpy.types.Panel):
@@ -293,8 +260,7 @@ class OCCLUSION_BAKE_PT_material(_Settings, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
-        layout.prop(chosen, "use_material")
-        layout.prop(chosen, "use_gltf")
+        draw_options(layout, chosen, "material")
         layout.operator(OCCLUSION_BAKE_OT_unhook.bl_idname, icon="X")
 
 
@@ -310,20 +276,9 @@ class OCCLUSION_BAKE_PT_options(_Settings, bpy.types.Panel):
         value = row.row()
         value.active = chosen.use_distance
         value.prop(chosen, "distance", text="")
-        falloff = layout.row()
-        falloff.active = chosen.use_distance
-        falloff.prop(chosen, "falloff")
-        layout.prop(chosen, "nearest")
-        layout.prop(chosen, "spread")
-        layout.prop(chosen, "use_normal_maps")
-        smooth = layout.row()
-        smooth.active = not by_rays(chosen)
-        smooth.prop(chosen, "use_filter")
-        layout.prop(chosen, "uv")
+        draw_options(layout, chosen, "options")
         layout.operator(OCCLUSION_BAKE_OT_unwrap.bl_idname, icon="UV")
-        layout.prop(chosen, "margin")
-        layout.prop(chosen, "seed")
-        layout.prop(chosen, "threads")
+        draw_options(layout, chosen, "options_end")
 
 
 class OCCLUSION_BAKE_PT_cycles(_Settings, bpy.types.Panel):
@@ -333,7 +288,7 @@ class OCCLUSION_BAKE_PT_cycles(_Settings, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
-        layout.prop(chosen, "cycles_samples", text="Samples")
+        draw_options(layout, chosen, "cycles")
         layout.operator(OCCLUSION_BAKE_OT_compare.bl_idname, text="Compare", icon="MOD_OPACITY")
 
 

@@ -2,19 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import bpy
+from bl_operators.presets import AddPresetBase
+from bl_ui.utils import PresetPanel
 
 from .properties import plain_names
-
-if TYPE_CHECKING:
-    from typing import Any
-
-    AddPresetBase = PresetPanel = Any
-else:
-    from bl_operators.presets import AddPresetBase
-    from bl_ui.utils import PresetPanel
 
 _FOLDER = "occlusion_bake"  # in Blender's own for presets
 
@@ -28,7 +20,7 @@ class OCCLUSION_BAKE_PT_presets(PresetPanel, bpy.types.Panel):
     preset_add_operator = "occlusion_bake.add_preset"
 
 
-class OCCLUSION_BAKE_OT_add_preset(AddPresetBase, bpy.types.Operator):
+class OCCLUSION_BAKE_OT_add_preset(AddPresetBase, bpy.types.Operator):  # type: ignore[misc] # no answers in the stubs
     """Keep the settings under a name, or remove those of a name"""
 
     bl_idname = "occlusion_bake.add_preset"

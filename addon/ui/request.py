@@ -11,40 +11,42 @@ from typing import Any
 import bpy
 
 from ...core.base.errors import InputError
+from ...core.options.values import settings_of_panel
 from ..charts.chart_job import CHARTS, SMART
-from ..job.bake_job import Options
+from ..job.bake_job import BakeJob, Layout
 from ..output.blender_images import MARK
-from ..output.destination import CHANNEL, COLOURS, Output
+from ..output.destination import CHANNEL, COLOURS, Destination
+from ..read.blender_state import synced
 from ..read.high_low_pairs import HighNames, Pairing, paired_by_name, paired_with
-from ..read.occluder_filter import Occluding, named, words_of
-from ..read.scene_reader import synced
-from .properties import core_settings, plain_settings
+from ..read.occluder_filter import OccluderFilter, arguments_of, named
+from ..typed import view_layer_in
+from .properties import plain_settings, settings_in
 
 KEPT = "occlusion_bake_settings"  # on an image of ours: the order that it was baked by, as JSON
 
 
 @dataclass(frozen=True)
-class Order:
+class BakeRequest:
     """One press of the button. preview, gltf: whether the images go into materials. panel: the settings as they were
     set."""
 
-    options: Options
-    output: Output
+    job: BakeJob
+    destination: Destination
     preview: bool
     gltf: bool
     panel: dict[str, Any]
 
     def kept(self) -> str:
         """As it is kept on an image."""
-        occluding, highs = self.options.occluding, self.options.highs
+        occluding, highs = self.job.occluding, self.job.highs
         return json.dumps(
             {
-                "objects": self.options.objects,
+                "objects": self.job.objects,
                 "panel": self.panel,
-                "occluders": words_of(occluding),
-                "less": sorted(occluding.less),
+                "occluders": arguments_of(occluding),
+                "less": sorted(occluding.excluded),
                 "highs": {name: asdict(each) for name, each in highs.items()},
-                "image": self.output.image,
+                "image": self.destination.image,
             }
         )
 
@@ -52,13 +54,13 @@ class Order:
 def chosen_objects(context: bpy.types.Context) -> list[bpy.types.Object]:
     """The selected objects, or the active one where none is."""
     selected = list(context.selected_objects)
-    active = context.view_layer.objects.active
+    active = view_layer_in(context).objects.active
     return selected or ([active] if active is not None else [])
 
 
 def chosen_occluders(context: bpy.types.Context) -> list[bpy.types.Object] | None:
     """The objects that may block light beside the one that is baked; None: all that render."""
-    chosen = context.scene.occlusion_bake
+    chosen = settings_in(context)
     if chosen.occluders == "COLLECTION":
         return list(chosen.collection.all_objects) if chosen.collection is not None else []
     if chosen.occluders == "SELECTED":
@@ -66,28 +68,28 @@ def chosen_occluders(context: bpy.types.Context) -> list[bpy.types.Object] | Non
     return [] if chosen.occluders == "SELF" else None
 
 
-def order_of(context: bpy.types.Context) -> Order:
+def request_from_panel(context: bpy.types.Context) -> BakeRequest:
     """The panel's settings for the chosen meshes. Raises InputError."""
     names = tuple(obj.name for obj in chosen_objects(context) if obj.type == "MESH")
     if not names:
         raise InputError("no mesh object is selected; select one")
-    chosen = context.scene.occlusion_bake
+    chosen = settings_in(context)
     if chosen.occluders == "COLLECTION" and chosen.collection is None:
         raise InputError("Occluders: no collection is chosen; choose one, or Scene")
     found = chosen_occluders(context)
     occluders = None if found is None else frozenset(obj.name for obj in found)
     pairing = _pairing(context, names)
-    occluding = Occluding(occluders, chosen.occluders == "SELF", chosen.use_ground, pairing.less)
+    occluding = OccluderFilter(occluders, chosen.occluders == "SELF", chosen.use_ground, pairing.excluded)
     image = chosen.image.name if chosen.image is not None else ""
-    return _order(pairing, plain_settings(chosen), occluding, image)
+    return _request(pairing, plain_settings(chosen), occluding, image)
 
 
 def _pairing(context: bpy.types.Context, names: tuple[str, ...]) -> Pairing:
     """Who is baked of the chosen meshes, and from what. Raises InputError."""
-    chosen, active = context.scene.occlusion_bake, context.view_layer.objects.active
+    chosen, active = settings_in(context), view_layer_in(context).objects.active
     extrusion = chosen.extrusion or None
     if chosen.source == "NAMES":
-        return paired_by_name(synced(context.view_layer), names, extrusion)
+        return paired_by_name(synced(view_layer_in(context)), names, extrusion)
     if chosen.source == "SELF":
         return Pairing(names)
     if active is None or active.type != "MESH":
@@ -96,18 +98,18 @@ def _pairing(context: bpy.types.Context, names: tuple[str, ...]) -> Pairing:
     return paired_with(active.name, names, cage, extrusion)
 
 
-def keep_order(order: Order, images: Mapping[str, bpy.types.Image]) -> None:
+def store_request(request: BakeRequest, images: Mapping[str, bpy.types.Image]) -> None:
     """Let images tell how they were baked."""
     for image in images.values():
-        image[KEPT] = order.kept()
+        image[KEPT] = request.kept()
 
 
-def is_ours(image: bpy.types.Image | None) -> bool:
+def is_ours(image: Any) -> bool:
     """Whether an image tells how it was baked."""
     return image is not None and KEPT in image
 
 
-def order_again(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) -> Order:
+def request_from_image(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) -> BakeRequest:
     """What an image was baked by. Raises InputError where it does not say so, or its object is not there."""
     try:
         kept = json.loads(image[KEPT])
@@ -119,29 +121,27 @@ def order_again(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) -> Orde
         names = tuple(kept["objects"]) if panel["layout"] == "ATLAS" else (owner,)
         highs = {name: HighNames(**{**each, "names": tuple(each["names"])}) for name, each in kept["highs"].items()}
         pairing = Pairing(names, {name: highs[name] for name in names if name in highs}, frozenset(kept["less"]))
-        occluding = replace(named(words, ground=panel["use_ground"]), less=pairing.less)
-        order = _order(pairing, panel, occluding, kept["image"])
+        occluding = replace(named(words, ground=panel["use_ground"]), excluded=pairing.excluded)
+        request = _request(pairing, panel, occluding, kept["image"])
     except (AttributeError, KeyError, TypeError):  # kept by another version
         raise InputError(f"{image.name}: it was baked by another version; bake its object anew") from None
     if missing := [name for name in names if name not in synced(view_layer)]:
         raise InputError(f"{image.name}: its object {missing[0]} is not in this view layer; bake another")
-    return order
+    return request
 
 
-def _order(pairing: Pairing, panel: dict[str, Any], occluding: Occluding, image: str) -> Order:
+def _request(pairing: Pairing, panel: dict[str, Any], occluding: OccluderFilter, image: str) -> BakeRequest:
     chosen: Any = SimpleNamespace(**panel)
-    colours = chosen.output == COLOURS
-    atlas = chosen.atlas.strip() or "Atlas"
-    options = Options(
+    corners = chosen.output == COLOURS
+    atlas = (chosen.atlas.strip() or "Atlas") if chosen.layout == "ATLAS" and not corners else ""
+    job = BakeJob(
         pairing.targets,
-        core_settings(chosen),
+        settings_of_panel(chosen),
         {"CHARTS": CHARTS, "SMART": SMART}.get(chosen.uv),
         occluding,
-        colours,
         pairing.highs,
-        atlas if chosen.layout == "ATLAS" and not colours else "",
-        chosen.use_udim and chosen.output != CHANNEL,
+        Layout(atlas, chosen.use_udim and chosen.output != CHANNEL, corners),
     )
     depth, kind = int(chosen.depth), chosen.format.lower()
-    output = Output(chosen.output, chosen.path, kind, depth, chosen.use_dither, image, chosen.channel)
-    return Order(options, output, chosen.use_material, chosen.use_gltf, panel)
+    destination = Destination(chosen.output, chosen.path, kind, depth, chosen.use_dither, image, chosen.channel)
+    return BakeRequest(job, destination, chosen.use_material, chosen.use_gltf, panel)

@@ -7,7 +7,7 @@ arrays wait. What is shown belongs to the window alone, and is nowhere in the fi
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,9 +16,12 @@ import gpu
 import numpy as np
 from gpu_extras.batch import batch_for_shader
 
-from ...core.bake import Baked
+from ...core.base.arrays import Floats
 from ...core.charts.udim import part_in_tile
-from ...core.scene.scene import Floats, Instance
+from ...core.finish.baked import Baked
+from ...core.scene.scene import Instance
+from ..typed import mesh_of, view_layer_in
+from .properties import result_in
 
 MOST_TRIANGLES = 2_000_000  # of an object that is shown: more would hold up the window
 _NEARER = 2e-5  # of the depth: our surface is drawn before the view's own, which is the same
@@ -37,6 +40,10 @@ void main() {
   color = vec4(visible, visible, visible, 1.0);
 }
 """
+
+# The stubs know neither what this decorator gives nor what the constructors of these take.
+_persistent: Callable[[Callable[..., None]], Callable[..., None]] = bpy.app.handlers.persistent
+_types: Any = gpu.types
 
 
 @dataclass(eq=False)
@@ -78,13 +85,14 @@ class _Overlay:
 
     def _draw(self) -> None:
         context = bpy.context
-        if not context.window_manager.occlusion_bake.show or not (self.finished or self.making):
+        if not result_in(context).show or not (self.finished or self.making):
             return
         all_shown = dict(self.finished)
         if self.making is not None:
             all_shown[self.making[0]] = [self.making[1]]
-        objects = {obj.session_uid: obj for obj in context.view_layer.objects}
-        view = context.region_data.perspective_matrix
+        objects = {obj.session_uid: obj for obj in view_layer_in(context).objects}
+        region: Any = context.region_data
+        view = region.perspective_matrix
         gpu.state.depth_test_set("LESS_EQUAL")
         gpu.state.depth_mask_set(True)
         for uid, shown in all_shown.items():
@@ -109,10 +117,11 @@ class _Overlay:
 _overlay = _Overlay()
 
 
-@bpy.app.handlers.persistent
+@_persistent
 def _forget_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """What was baked of a mesh that is another by now would hide it."""
-    for update in depsgraph.updates:
+    updates: Any = depsgraph.updates
+    for update in updates:
         obj = update.id.original
         if not update.is_updated_geometry or not isinstance(obj, bpy.types.Object):
             continue
@@ -121,27 +130,24 @@ def _forget_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> N
             del _overlay.finished[obj.session_uid]
 
 
-@bpy.app.handlers.persistent
+@_persistent
 def _forget_all(*_: Any) -> None:
     clear()
 
 
 def _mark(obj: bpy.types.Object) -> str:
     """Tells whether a mesh, before its modifiers, is the one that was baked."""
-    places = np.empty(3 * len(obj.data.vertices), dtype=np.float32)
-    obj.data.vertices.foreach_get("co", places)
-    return f"{len(obj.data.polygons)} {len(obj.modifiers)} {hashlib.blake2b(places.tobytes()).hexdigest()}"
+    mesh = mesh_of(obj)
+    places = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", places)
+    return f"{len(mesh.polygons)} {len(obj.modifiers)} {hashlib.blake2b(places.tobytes()).hexdigest()}"
 
 
 def show(obj: bpy.types.Object, target: Instance, bakes: Sequence[Baked]) -> None:
     """Show the first grey map of a finished bake on an object, every tile of it, in the place of an earlier one."""
     if bpy.app.background or len(target.mesh.triangles) > MOST_TRIANGLES:
         return
-    pieces = [
-        (target if baked.tile is None else part_in_tile(target, baked.tile), values)
-        for baked in bakes
-        for values in _greys(baked)[:1]
-    ]
+    pieces = [(part_in_tile(target, baked.tile), values) for baked in bakes for values in _greys(baked)[:1]]
     if not pieces:
         return
     _overlay.finished[obj.session_uid] = [_Shown(part, values, _mark(obj)) for part, values in pieces]
@@ -149,7 +155,7 @@ def show(obj: bpy.types.Object, target: Instance, bakes: Sequence[Baked]) -> Non
 
 
 def _greys(baked: Baked) -> list[Floats]:
-    return [each.values for each in baked.maps.values() if each.values.ndim == 2]
+    return [each.values for each in baked.maps.values() if each.is_grey]
 
 
 def show_making(uid: int, target: Instance, values: Floats) -> None:
@@ -173,7 +179,7 @@ def clear() -> None:
 
 
 def _make_shader() -> Any:
-    passed = gpu.types.GPUStageInterfaceInfo("occlusion_bake")
+    passed = _types.GPUStageInterfaceInfo("occlusion_bake")
     passed.smooth("VEC2", "place")
     info = gpu.types.GPUShaderCreateInfo()
     info.push_constant("MAT4", "matrix")
@@ -192,10 +198,11 @@ def _make_batch(shader: Any, target: Instance) -> Any:
     assert mesh.uv is not None  # it is baked
     corners = np.ascontiguousarray(mesh.vertices[mesh.triangles.reshape(-1)], dtype=np.float32)
     places = np.ascontiguousarray(mesh.uv.reshape(-1, 2), dtype=np.float32)
-    return batch_for_shader(shader, "TRIS", {"pos": corners, "uv": places})
+    content: dict[str, Any] = {"pos": corners, "uv": places}
+    return batch_for_shader(shader, "TRIS", content)
 
 
 def _make_texture(values: Floats) -> Any:
     height, width = values.shape
     rows = np.ascontiguousarray(values[::-1], dtype=np.float32)  # from below, as textures have them
-    return gpu.types.GPUTexture((width, height), format="R32F", data=gpu.types.Buffer("FLOAT", rows.size, rows.ravel()))
+    return _types.GPUTexture((width, height), format="R32F", data=_types.Buffer("FLOAT", rows.size, rows.ravel()))

@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ...addon.cli.hard_exit import run_and_leave
+from ...addon.cli.hard_exit import run_and_exit
 from ...core.base.errors import InputError
 from . import convergence, curves, light, page, pictures, running
 
@@ -65,4 +65,4 @@ PARTS: dict[str, Callable[[Path], None]] = {
 }
 
 if __name__ == "__main__":
-    run_and_leave(main)
+    run_and_exit(main)

@@ -12,8 +12,9 @@ from functools import cache
 
 import numpy as np
 
-from ...core.rays.map_spec import Axis, Estimator, Sampler
-from ...core.scene.scene import Camera, Doubles, Instance, Mesh
+from ...core.base.arrays import Doubles
+from ...core.rays.map_spec import Axis, MapSpec, Sampler
+from ...core.scene.scene import Camera, Instance, Mesh
 
 DISTANCE, HEIGHT = 1.0, 8.0  # of the wall: its edge is 7.1 degrees off the vertical
 LENGTH = 1e4  # to either side; what is missing beyond is of the order of (DISTANCE / LENGTH)^3
@@ -64,10 +65,10 @@ class Case:
         return math.sqrt(squared * lobe_seen(2 * e, self.tilt, EDGE[self.point]) - mean**2)
 
     @property
-    def estimator(self) -> Estimator:
+    def estimator(self) -> MapSpec:
         """The same for the bake's kernel, R being the direction mirrored from `camera`."""
         axis = Axis.REFLECTED if self.tilt else Axis.NORMAL
-        return Estimator(f"{self.map} {self.tilt:g} {self.name}", self.exponent, axis, self.sampler)
+        return MapSpec(f"{self.map} {self.tilt:g} {self.name}", self.exponent, axis, self.sampler)
 
 
 def cases(point: str) -> list[Case]:

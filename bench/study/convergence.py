@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.base.arrays import Doubles
 from ...core.rays.map_spec import Sampler
-from ...core.scene.scene import Doubles, Instance
+from ...core.scene.scene import Instance
 from ..truth.point import TEXELS, Point, patch
 from .cases import Case, blockers, camera, cases
 from .naive import one_ray_estimates

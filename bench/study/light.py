@@ -13,10 +13,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.base.arrays import Doubles, Floats
 from ...core.rays.embree import open_device
 from ...core.rays.map_spec import light
-from ...core.rays.tracer import Rays, TraceScene, trace
-from ...core.scene.scene import Doubles, Floats, Placed
+from ...core.rays.texel_surface import TexelSurface
+from ...core.rays.trace_scene import TraceScene
+from ...core.rays.tracer import TraceOptions, trace
+from ...core.scene.world_mesh import WorldMesh
 from ...core.spherical.environment import Environment, from_function
 from .style import INK, panels, save
 
@@ -102,9 +105,11 @@ def _light(scene: TraceScene, case: Case, share: float, rays: int, seed: int) ->
     corners = np.array([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], dtype=np.float32)
     triangles = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)
     square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=np.float32)
-    patch = Placed(corners, triangles, np.ascontiguousarray(square[triangles]))
+    patch = WorldMesh(corners, triangles, np.ascontiguousarray(square[triangles]))
     owner = np.tril(np.ones((_TEXELS, _TEXELS), dtype=np.int32))[::-1].copy()
     estimator = replace(light(case.exponent), lobe_share=share)
-    sums = trace(scene, patch, owner, (estimator,), Rays(rays, seed, light=case.environment), halves=False)
+    sums = trace(
+        scene, TexelSurface(patch, owner), (estimator,), TraceOptions(rays, seed, light=case.environment), halves=False
+    )
     told: Floats = sums.all[0] / np.float32(rays)
     return told

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...core.base.arrays import Doubles
 from ...core.rays.embree import open_device
 from ...core.rays.map_spec import Sampler
-from ...core.rays.tracer import TraceScene
-from ...core.scene.scene import Doubles
+from ...core.rays.trace_scene import TraceScene
 from .cases import Case, blockers, reflected
 
 NORMAL = np.array([0.0, 0.0, 1.0])

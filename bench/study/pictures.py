@@ -9,8 +9,8 @@ from pathlib import Path
 from matplotlib import pyplot as plt
 from PIL import Image
 
-from ...core.rays.map_spec import Estimator, Sampler, reflection
-from ...core.scene.scene import Doubles
+from ...core.base.arrays import Doubles
+from ...core.rays.map_spec import MapSpec, Sampler, reflection
 from . import style
 from .cases import EXPONENTS, cases
 from .naive import one_ray_estimates
@@ -49,7 +49,7 @@ def draw_reflections(folder: Path) -> None:
     for exponent, rays in columns:
         plain = reflection(exponent, from_camera=True)
         for sampler, row in rows.items():
-            row.append(views.seen(Estimator(plain.name, exponent, plain.axis, sampler), rays, TEXTURE))
+            row.append(views.seen(MapSpec(plain.name, exponent, plain.axis, sampler), rays, TEXTURE))
     heads = [f"exponent {exponent:g}, N = {rays}" for exponent, rays in columns]
     _compose(list(rows.values()), heads, ("uniform sphere", "lobe"), folder / "reflections.png")
 

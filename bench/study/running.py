@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from ...core.scene.scene import Doubles
+from ...core.base.arrays import Doubles
 from . import style
 from .cases import Case, cases
 from .convergence import RAYS, shipped_estimates

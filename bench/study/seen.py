@@ -13,10 +13,10 @@ import bpy
 import numpy as np
 from matplotlib import pyplot as plt
 
-from ...core.bake import Settings
-from ...core.rays.map_spec import Estimator
-from ...core.scene.scene import Doubles, Floats
+from ...core.base.arrays import Doubles, Floats
+from ...core.rays.map_spec import MapSpec
 from ...samples.scenes import build
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 
 
@@ -34,9 +34,9 @@ class Views:
         scene.render.image_settings.file_format, scene.render.image_settings.color_mode = "PNG", "BW"
         scene.view_settings.view_transform, scene.view_settings.look = "Raw", "None"
 
-    def seen(self, estimator: Estimator, rays: int, texels: int) -> Doubles:
+    def seen(self, estimator: MapSpec, rays: int, texels: int) -> Doubles:
         """(height, width) in [0, 1]: the map baked with so many rays onto all targets; values above 1 are white."""
-        settings = Settings((estimator,), texels, texels, rays)
+        settings = flat_settings((estimator,), width=texels, height=texels, rays=rays)
         for target, baked in bake_here(self._targets, settings)[1]:
             _shine(bpy.data.objects[target.name], baked.maps[estimator.name].values)
         with tempfile.TemporaryDirectory() as folder:

@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...core.rays.map_spec import AO, Estimator, reflection, sampled
-from ...core.scene.scene import Camera, Doubles, Instance, Ints, Mesh
+from ...core.base.arrays import Doubles, Ints
+from ...core.rays.map_spec import AO, MapSpec, reflection, sampled
+from ...core.scene.scene import Camera, Instance, Mesh
 from . import formulas
 from .point import Point, patch
 
@@ -42,7 +43,7 @@ Change = Callable[[Solid], Solid]
 class Answer:
     """What one estimator must give. sharp: how much faster than AO's its value changes as an edge moves."""
 
-    estimator: Estimator
+    estimator: MapSpec
     exact: float
 
     @property
@@ -64,7 +65,7 @@ class Case:
     answers: tuple[Answer, ...]
     solids: tuple[Solid, ...] = ()
     toward: tuple[float, float, float] | None = None
-    distance: float = inf
+    distance: float | None = None
     slack: float = 0.0
     slack_from: str = "nothing"
     extent: float = 2.0
@@ -131,7 +132,7 @@ def stage(case: Case, frame: Frame, texels: int) -> Point:
     solids = [*(case.changed(solid, frame.change) for solid in case.solids), *([_junk()] if frame.junk else [])]
     meshes = [_mesh(solid, frame, shift, f"occluder {i}") for i, solid in enumerate(solids)]
     occluders = [receiver, *(Instance(mesh.name, mesh, frame.matrix) for mesh in meshes)]
-    distance = case.distance * frame.scale * frame.mesh_scale
+    distance = None if case.distance is None else case.distance * frame.scale * frame.mesh_scale
     return Point(receiver, occluders, distance=distance, camera=_camera(case, frame), texels=texels)
 
 
@@ -292,7 +293,7 @@ def _about_r(exact: Callable[[float], float], exponents: Sequence[float]) -> tup
     return tuple(Answer(reflection(n, from_camera=True), exact(n)) for n in exponents)
 
 
-def _naive(exact: Callable[[float], float], names: Sequence[str], lobes: Sequence[Estimator]) -> tuple[Answer, ...]:
+def _naive(exact: Callable[[float], float], names: Sequence[str], lobes: Sequence[MapSpec]) -> tuple[Answer, ...]:
     return tuple(Answer(sampled(lobe, name), exact(lobe.exponent)) for lobe in lobes for name in names)
 
 

@@ -181,3 +181,23 @@ def _incomplete_beta(a: float, b: float, x: float, rest: float) -> float:
         even = m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m))
         value = 1.0 + odd / (1.0 + even / value)
     return front / value
+
+
+def open_horizon(exponent: float, angle: float) -> float:
+    """RO of an open plane: H_e(α) = 1 − ∫₀^α sinᵉ / ∫₀^π sinᵉ, α the angle between R and the normal, in radians.
+
+    It is 1 at α = 0 and falls as R leans towards the horizon and part of the lobe goes below it.
+    """
+    steps = 4096
+    reach = min(0.5 * pi, 9.0 / sqrt(exponent + 1.0))  # beyond it sinᵉ is below e⁻⁴⁰: narrow lobes need steps
+    start = 0.5 * pi - reach
+
+    def integral(end: float) -> float:  # Simpson's rule; the integrand is smooth and bounded
+        width = (end - start) / steps
+        ordinates: list[float] = [sin(start + width * i) ** exponent for i in range(steps + 1)]
+        return (
+            width / 3.0 * (ordinates[0] + ordinates[-1] + 4.0 * sum(ordinates[1:-1:2]) + 2.0 * sum(ordinates[2:-1:2]))
+        )
+
+    end = min(max(angle, start), start + 2.0 * reach)
+    return float(1.0 - integral(end) / integral(start + 2.0 * reach))

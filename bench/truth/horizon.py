@@ -11,11 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from ...core.bake import Settings, bake
-from ...core.finish.map_finisher import BakedMap
-from ...core.rays.map_spec import open_horizon, reflection
-from ...core.scene.scene import Camera, Doubles, Instance, Mesh, Scene
+from ...core.bake import bake
+from ...core.base.arrays import Doubles
+from ...core.finish.baked import BakedMap
+from ...core.rays.map_spec import reflection
+from ...core.scene.scene import Camera, Instance, Mesh, Scene
+from ...tests.oracles.settings import flat_settings
 from ..pages import ROOT
+from .formulas import open_horizon
 from .point import patch
 
 PICTURE = ROOT / "docs" / "pictures" / "truth" / "horizon.png"
@@ -62,7 +65,7 @@ def _baked(rays: int) -> Maps:
     estimators = tuple(reflection(exponent, from_camera=True) for exponent in EXPONENTS)
     both = {}
     for divided in (False, True):
-        (baked,) = bake(scene, Settings(estimators, SIZE, SIZE, rays, divide_horizon=divided))
+        (baked,) = bake(scene, flat_settings(estimators, width=SIZE, height=SIZE, rays=rays, divide_horizon=divided))
         both[divided] = baked.maps
     return both
 

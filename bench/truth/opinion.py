@@ -6,6 +6,7 @@ Embree in this path; places, normals and directions come from numpy's own genera
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -13,12 +14,15 @@ import igl
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.progress import Progress
+from ...core.base.arrays import Doubles, Ints
 from ...core.rays.embree import open_device
-from ...core.rays.map_spec import Axis, Estimator
+from ...core.rays.map_spec import Axis, MapSpec
 from ...core.rays.occluders import Occluders
-from ...core.rays.tracer import Rays, trace
-from ...core.scene.scene import Camera, Doubles, Instance, Ints, Scene, centre_of, surface_of
+from ...core.rays.ray_options import RayOptions
+from ...core.rays.texel_surface import TexelSurface
+from ...core.rays.tracer import TraceOptions, trace
+from ...core.scene.scene import Camera, Instance, Scene
+from ...core.scene.world_mesh import centre_of, world_surface
 
 Bools = NDArray[np.bool_]
 
@@ -118,7 +122,7 @@ class Estimate:
 def estimate(
     tracer: Tracer,
     texels: Texels,
-    estimator: Estimator,
+    estimator: MapSpec,
     rng: np.random.Generator,
     *,
     distance: float = np.inf,
@@ -166,7 +170,7 @@ def _weights(texels: Texels, rng: np.random.Generator) -> Doubles:
 
 
 def _axes(
-    estimator: Estimator, positions: Doubles, normals: Doubles, camera: Camera | None
+    estimator: MapSpec, positions: Doubles, normals: Doubles, camera: Camera | None
 ) -> tuple[Doubles, NDArray[np.bool_]]:
     """The lobe's axis at every place, and whether the place faces the camera."""
     if estimator.axis is Axis.NORMAL:
@@ -229,7 +233,7 @@ def ask(
     scene: Scene,
     target: Instance,
     owner: Ints,
-    estimators: Sequence[Estimator],
+    estimators: Sequence[MapSpec],
     *,
     count: int,
     distance: float = np.inf,
@@ -281,18 +285,20 @@ def _ours(
     owner: Ints,
     x: NDArray[np.int64],
     y: NDArray[np.int64],
-    estimators: Sequence[Estimator],
+    estimators: Sequence[MapSpec],
     distance: float,
 ) -> Doubles:
     """(S, M, N) float64: the texels' values by the kernel, a row a seed; NaN where they face away from the camera."""
     alone = np.full_like(owner, -1)
     alone[y, x] = owner[y, x]
-    frame = Occluders(open_device(), scene.occluders, distance).frame_for(target, Progress())
-    surface, camera = surface_of(target, frame.origin), scene.camera and scene.camera.about(frame.origin)
+    limits = RayOptions(distance if math.isfinite(distance) else None)
+    frame = Occluders(open_device(), scene.occluders, limits).frame_for(target)
+    surface = TexelSurface(world_surface(target, frame.origin), alone)
+    camera = scene.camera and scene.camera.about(frame.origin)
     values = []
     for seed in range(SEEDS):
-        rays = Rays(RAYS, seed, distance, camera=camera)
-        values.append(trace(frame.scene, surface, alone, estimators, rays, halves=False).all[:, y, x])
+        options = TraceOptions(RAYS, seed, limits, camera=camera)
+        values.append(trace(frame.scene, surface, estimators, options, halves=False).all[:, y, x])
     sums = np.array(values, dtype=np.float64)
     return np.where(sums < 0.0, np.nan, sums / RAYS)
 

@@ -13,15 +13,19 @@ from hypothesis import strategies as st
 from numpy.testing import assert_array_equal
 from numpy.typing import NDArray
 
-from ...core.bake import Baked, Settings, bake
+from ...core.bake import bake
+from ...core.base.arrays import Doubles, Floats
 from ...core.base.errors import InputError
 from ...core.charts.unwrap import unwrap
-from ...core.finish.compare import compare, picture
+from ...core.finish.baked import Baked, BakedMap
+from ...core.finish.compare import compare, comparison_image
 from ...core.finish.image_file import read_image, write_image
-from ...core.finish.map_finisher import BakedMap
 from ...core.finish.margin import fill_margin
 from ...core.rays.occluders import FARTHEST
-from ...core.scene.scene import LARGEST, SMALLEST, Camera, Doubles, Floats, Instance, Mesh, Scene, bounds_of
+from ...core.scene.checks import LARGEST, SMALLEST
+from ...core.scene.scene import Camera, Instance, Mesh, Scene
+from ...core.scene.world_mesh import bounds_of
+from ...core.settings import Settings
 from ...core.texels.rasterize import owners_by_centre, rasterize
 from .wild import UVS, WildBake, WildMap, WildMesh, WildObject, rotation, tame_bakes, tame_objects, wild_bakes
 
@@ -71,7 +75,7 @@ def most_of(wild: WildMap) -> float:
 def assert_sound_map(result: BakedMap, settings: Settings, most: float) -> None:
     """Importance-sampled values count rays, so that not even rounding leaves [0, 1]; naive ones are weighted."""
     values, covered, coverage = result.values, result.covered, result.coverage
-    shape = (settings.height, settings.width)
+    shape = (settings.image.height, settings.image.width)
     assert values.shape == covered.shape == coverage.shape == shape and values.dtype == np.float32
     assert np.isfinite(values).all() and values.min() >= 0.0
     assert values.max() <= most
@@ -98,9 +102,8 @@ def baked_or_none(scene: Scene, settings: Settings) -> Baked | None:
 
 def pairs(case: WildBake, one: Scene, other: Scene, **changes: Any) -> list[tuple[BakedMap, BakedMap]]:
     """The maps of two scenes, the second with settings changed; none where the first is refused."""
-    settings = case.settings()
-    first = baked_or_none(one, settings)
-    second = baked_or_none(other, replace(settings, **changes))
+    first = baked_or_none(one, case.settings())
+    second = baked_or_none(other, replace(case, **changes).settings())
     assert (first is None) == (second is None)
     return [] if first is None or second is None else list(zip(first.maps.values(), second.maps.values(), strict=True))
 
@@ -318,7 +321,7 @@ def comparisons_agree(case: WildImage, other: int) -> None:
     assert there.texels == np.count_nonzero(covered)
     assert abs(there.bias) <= there.rmse * (1 + 1e-9) and there.rmse <= there.worst * (1 + 1e-9)
     assert there.p99 <= there.worst <= 1.0
-    shown = picture(a, b, covered)
+    shown = comparison_image(a, b, covered)
     assert np.isfinite(shown).all() and shown.min() >= 0.0 and shown.max() <= 1.0
 
 

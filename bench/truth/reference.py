@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike
 
-from ...core.scene.scene import Doubles
+from ...core.base.arrays import Doubles
 
 NODES = 64
 

@@ -17,21 +17,24 @@ import bpy
 import numpy as np
 
 from ...addon.cli.hard_exit import leave
-from ...addon.job.bake_job import Options, Outcome, prepared_charts
+from ...addon.job.bake_job import BakeJob, prepared_charts
+from ...addon.job.outcome import Outcome
 from ...addon.job.runner import run
-from ...addon.read.scene_reader import extract
-from ...core.bake import Settings
+from ...addon.read.scene_reader import SceneRequest, read_scene
 from ...core.progress import Progress
-from ...core.rays.map_spec import AO, Estimator, reflection
-from ...core.scene.scene import Instance, Scene, bounds_of, zero_area
+from ...core.rays.map_spec import AO, MapSpec, reflection
+from ...core.scene.checks import zero_area
+from ...core.scene.scene import Instance, Scene
+from ...core.scene.world_mesh import bounds_of
 from ...core.texels.rasterize import rasterize
+from ...tests.oracles.settings import flat_settings
 from ..pages import MODELS
 from .opinion import RAYS, REPLICAS, SEEDS, STRATA, Agreement, ask
 from .subjects import SUBJECTS, open_subject
 
 SIZE, TEXELS = 1024, 2048
 LIMIT = 0.1  # of the object's diagonal, where the distance is limited
-MAPS: dict[str, tuple[Estimator, bool]] = {
+MAPS: dict[str, tuple[MapSpec, bool]] = {
     "AO": (AO, False),
     "RO 10": (reflection(10.0), False),
     "RO 100": (reflection(100.0), False),
@@ -54,10 +57,10 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
 
 def _read(name: str) -> tuple[Scene, Instance]:
     """The scene as a bake would read it, with charts where the object has no UVs."""
-    settings = Settings(width=SIZE, height=SIZE)
+    settings = flat_settings(width=SIZE, height=SIZE)
     progress, outcome = Progress(1), Outcome()
-    run(prepared_charts(bpy.context, Options((name,), settings), progress, outcome), progress)
-    scene = extract(bpy.context, bpy.context.view_layer, [name])
+    run(prepared_charts(bpy.context, BakeJob((name,), settings), progress, outcome), progress)
+    scene, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest([name]))
     return scene, scene.targets[0]
 
 

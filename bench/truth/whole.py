@@ -10,16 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...core.bake import Settings, bake
-from ...core.rays.map_spec import AO, Estimator, reflection, sampled
-from ...core.scene.scene import Doubles, Instance, Mesh, Scene
+from ...core.bake import bake
+from ...core.base.arrays import Doubles
+from ...core.rays.map_spec import AO, MapSpec, reflection, sampled
+from ...core.scene.scene import Instance, Mesh, Scene
+from ...tests.oracles.settings import flat_settings
 from . import formulas
 from .cases import Frame
 
 OFFSETS = (0.0, 1e3, 1e5, 1e6)
 SCALES = (1e-4, 1e-2, 1.0, 1e2, 1e4)
 EVERYWHERE = replace(sampled(AO, "uniform_sphere"), name="ao uniform_sphere")  # tries the flattest directions most
-MAPS: tuple[Estimator, ...] = (AO, reflection(10), EVERYWHERE)
+MAPS: tuple[MapSpec, ...] = (AO, reflection(10), EVERYWHERE)
 THIN = 1e-6  # of needles, beside a length of about 1
 RIM = 2e-5  # of the strips along edges: samples keep 4e-6 off those
 SPLIT = (-1.0, -1.0 + RIM, -0.3, -0.3 + THIN, 0.5, 0.5 + THIN, 1.0 - RIM, 1.0)
@@ -114,9 +116,9 @@ def moved(mesh: Mesh, frame: Frame) -> Scene:
     return Scene([instance], [instance])
 
 
-def values(mesh: Mesh, frame: Frame, size: int, rays: int, seed: int, maps: tuple[Estimator, ...]) -> list[Doubles]:
+def values(mesh: Mesh, frame: Frame, size: int, rays: int, seed: int, maps: tuple[MapSpec, ...]) -> list[Doubles]:
     """The covered texels' values, float64, an array a map."""
-    (baked,) = bake(moved(mesh, frame), Settings(maps, size, size, rays, margin=0, seed=seed))
+    (baked,) = bake(moved(mesh, frame), flat_settings(maps, width=size, height=size, rays=rays, margin=0, seed=seed))
     return [each.values[each.covered].astype(np.float64) for each in baked.maps.values()]
 
 

@@ -13,9 +13,11 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ...core.bake import Settings
-from ...core.rays.map_spec import AO, Estimator, reflection, sampled
-from ...core.scene.scene import Camera, Doubles, Instance, Mesh, Scene
+from ...core.base.arrays import Doubles
+from ...core.rays.map_spec import AO, MapSpec, reflection, sampled
+from ...core.scene.scene import Camera, Instance, Mesh, Scene
+from ...core.settings import Settings
+from ...tests.oracles.settings import flat_settings
 
 Points = Doubles  # (V, 3)
 Faces = NDArray[np.int64]  # (T, 3)
@@ -263,7 +265,7 @@ class WildMap:
     sampler: str = "importance"
     from_camera: bool = False
 
-    def build(self, number: int) -> Estimator:
+    def build(self, number: int) -> MapSpec:
         lobe = AO if self.exponent is None else reflection(self.exponent, from_camera=self.from_camera)
         return replace(sampled(lobe, self.sampler), name=f"map {number}")
 
@@ -294,8 +296,8 @@ class WildBake:
     def settings(self) -> Settings:
         """Raises InputError as Settings does."""
         maps = tuple(each.build(i) for i, each in enumerate(self.maps))
-        numbers = (self.width, self.height, self.rays, self.distance, self.margin, self.threads, self.seed)
-        return Settings(maps, *numbers, divide_horizon=self.divided)
+        names = ("width", "height", "rays", "distance", "margin", "threads", "seed")
+        return flat_settings(maps, **{name: getattr(self, name) for name in names}, divide_horizon=self.divided)
 
 
 _SEEDS = st.integers(0, 999_999)

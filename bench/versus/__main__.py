@@ -12,7 +12,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...addon.cli.hard_exit import run_and_leave
+from ...addon.cli.hard_exit import run_and_exit
 from ...core.base.errors import InputError
 from ..pages import MODELS, ROOT
 from . import draft, measure, page, reflections, texels, triangles
@@ -119,4 +119,4 @@ def _place(scene: str) -> int:
 
 
 if __name__ == "__main__":
-    run_and_leave(main)
+    run_and_exit(main)

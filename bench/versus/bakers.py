@@ -15,9 +15,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.compare.cycles import CyclesBake, bake_ao
-from ...core.bake import Settings
-from ...core.scene.scene import Floats
+from ...addon.compare.cycles import CyclesBake, CyclesSettings, bake_ao
+from ...core.base.arrays import Floats
+from ...core.settings import Settings
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 from .cycles import bake_at_defaults
 from .naive import MOST_TRIANGLES, Open, bake_naive, embreex_query, open3d_query, threads_of
@@ -85,12 +86,14 @@ def refusal(baker: Baker, subject: Subject) -> str | None:
 
 def _ours_error(subject: Subject, setting: str, seed: int) -> Shot:
     error = float(Fraction(setting))
-    return _ours(subject, Settings(width=subject.size, height=subject.size, error=error, margin=0, seed=seed))
+    return _ours(subject, flat_settings(width=subject.size, height=subject.size, error=error, margin=0, seed=seed))
 
 
 def _ours_rays(subject: Subject, setting: str, seed: int) -> Shot:
     size = subject.size
-    return _ours(subject, Settings(width=size, height=size, rays=int(setting), filtered=False, margin=0, seed=seed))
+    return _ours(
+        subject, flat_settings(width=size, height=size, rays=int(setting), filtered=False, margin=0, seed=seed)
+    )
 
 
 def _ours(subject: Subject, settings: Settings) -> Shot:
@@ -102,8 +105,8 @@ def _ours(subject: Subject, settings: Settings) -> Shot:
 
 
 def _cycles(subject: Subject, setting: str, seed: int) -> Shot:
-    size = (subject.size, subject.size)
-    return _of_cycles(subject, bake_ao(bpy.context, subject.name, size, int(setting), None, os.cpu_count() or 1, seed))
+    how = CyclesSettings((subject.size, subject.size), int(setting), None, os.cpu_count() or 1, seed)
+    return _of_cycles(subject, bake_ao(bpy.context, subject.name, how))
 
 
 def _defaults(subject: Subject, setting: str, seed: int) -> Shot:

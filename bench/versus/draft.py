@@ -11,9 +11,9 @@ from typing import Any
 
 import bpy
 
-from ...addon.compare.cycles import bake_ao
-from ...core.bake import Settings
-from ...core.quality import PRESETS
+from ...addon.compare.cycles import CyclesSettings, bake_ao
+from ...core.settings import QUALITIES
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 from ..pages import machine
 from .store import Rows
@@ -47,12 +47,12 @@ def page(rows: dict[str, Any]) -> list[str]:
 
 def _measure(rounds: int) -> dict[str, Any]:
     triangles = _build()
-    settings = Settings(width=SIZE, height=SIZE, error=PRESETS["draft"])
+    settings = flat_settings(width=SIZE, height=SIZE, error=QUALITIES["draft"])
     ours, cycles, errors = [], [], []
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(rounds + 1):
             seconds, results, _ = bake_here([NAME], settings, Path(folder))
-            shot = bake_ao(bpy.context, NAME, (SIZE, SIZE), 1, None, os.cpu_count() or 1, turn)
+            shot = bake_ao(bpy.context, NAME, CyclesSettings((SIZE, SIZE), 1, None, os.cpu_count() or 1, turn))
             if turn:
                 ours.append(seconds)
                 cycles.append(shot.seconds)

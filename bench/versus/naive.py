@@ -13,10 +13,14 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.read.scene_reader import extract
+from ...addon.read.scene_reader import SceneRequest, read_scene
+from ...core.base.arrays import Floats, Ints
 from ...core.finish.image_file import write_image
-from ...core.scene.scene import Floats, Instance, Ints, centre_of, placed, surface_of, zero_area
-from ...core.texels.rasterize import rasterize, surface_points
+from ...core.rays.texel_surface import TexelSurface
+from ...core.scene.checks import zero_area
+from ...core.scene.scene import Instance
+from ...core.scene.world_mesh import centre_of, world_mesh, world_surface
+from ...core.texels.rasterize import rasterize
 
 CHUNK = 1 << 18  # rays at a time
 LIFT = 1e-5  # of the object's diagonal: how far along the normal rays begin, against hits of the own triangle
@@ -61,14 +65,15 @@ def bake_naive(
     threads: that draw rays and ask the query, a chunk each. Returns seconds, values and coverage, (H, W) each.
     """
     start = time.perf_counter()
-    scene = extract(bpy.context, bpy.context.view_layer, [name])
+    scene, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest([name]))
     target = scene.targets[0]
     assert target.mesh.uv is not None
     owner = rasterize(name, target.mesh.uv, size, size, skip=zero_area(target.mesh)).owner
     covered = owner >= 0
     origin = centre_of(target)
-    surface = surface_of(target, origin)
-    positions, normals = (each[covered] for each in surface_points(surface, owner))
+    surface = world_surface(target, origin)
+    texels = TexelSurface(surface, owner)
+    positions, normals = (each[covered] for each in (texels.positions, texels.normals))
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     positions = positions + np.float32(LIFT * diagonal) * normals
     occluded = query(*_flat(scene.occluders, origin))
@@ -85,7 +90,7 @@ def _flat(occluders: Any, origin: NDArray[np.float64]) -> tuple[Floats, Ints]:
     before = 0
     instance: Instance
     for instance in occluders:
-        copy = placed(instance, origin)
+        copy = world_mesh(instance, origin)
         vertices.append(copy.vertices)
         triangles.append(copy.triangles + np.int32(before))
         before += len(copy.vertices)

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.bake import Settings
+from ...core.base.arrays import Floats
 from ...core.finish.compare import compare
-from ...core.rays.map_spec import AO, Estimator
-from ...core.scene.scene import Floats
+from ...core.rays.map_spec import AO, MapSpec
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 from .subject import Subject
 
@@ -46,13 +46,13 @@ def reference(subject: Subject, budget: float, file: Path, fresh: bool) -> Refer
     return made
 
 
-def trace_reference(subject: Subject, estimator: Estimator, rays: int) -> Reference:
+def trace_reference(subject: Subject, spec: MapSpec, rays: int) -> Reference:
     """Two plain bakes of half the rays, by seeds that no baker is given."""
     size = subject.size
     halves = []
     for seed in SEEDS:
-        settings = Settings((estimator,), size, size, rays // 2, filtered=False, margin=0, seed=seed)
-        halves.append(bake_here([subject.name], settings)[1][0][1].maps[estimator.name].values)
+        settings = flat_settings((spec,), width=size, height=size, rays=rays // 2, filtered=False, margin=0, seed=seed)
+        halves.append(bake_here([subject.name], settings)[1][0][1].maps[spec.name].values)
     apart = compare(halves[0], halves[1], subject.covered).rmse
     return Reference(0.5 * (halves[0] + halves[1]), rays, 0.5 * apart)
 
@@ -60,7 +60,8 @@ def trace_reference(subject: Subject, estimator: Estimator, rays: int) -> Refere
 def rays_within(subject: Subject, budget: float) -> int:
     """How many rays a reference gets: RAYS, halved until tracing them fits the budget (seconds)."""
     size = subject.size
-    baked = bake_here([subject.name], Settings(width=size, height=size, rays=PILOT, filtered=False, margin=0))[1][0][1]
+    settings = flat_settings(width=size, height=size, rays=PILOT, filtered=False, margin=0)
+    baked = bake_here([subject.name], settings)[1][0][1]
     each = baked.seconds["trace"] / PILOT
     rays = RAYS
     while rays > FEWEST and each * rays > budget:

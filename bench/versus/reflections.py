@@ -5,9 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from ...core.bake import Settings
 from ...core.finish.compare import compare
-from ...core.rays.map_spec import Estimator, reflection, sampled
+from ...core.rays.map_spec import MapSpec, reflection, sampled
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 from ..pages import machine
 from .curves import Curve, ratio_at
@@ -31,10 +31,10 @@ def measure(chosen: argparse.Namespace, rows: Rows) -> None:
         against = trace_reference(subject, reflection(exponent), rays_within(subject, chosen.budget))
         for rays in RAYS:
             for sampler in (LOBE, NAIVE):
-                estimator = sampled(reflection(exponent), sampler)
+                spec = sampled(reflection(exponent), sampler)
                 rows.add(
                     _key(exponent, sampler, rays),
-                    lambda estimator=estimator, rays=rays, against=against: _bake(subject, estimator, rays, against),
+                    lambda spec=spec, rays=rays, against=against: _bake(subject, spec, rays, against),
                 )
 
 
@@ -64,10 +64,10 @@ def page(rows: dict[str, Any]) -> list[str]:
     return [*lines, "", f"On {about['machine']}."]
 
 
-def _bake(subject: Subject, estimator: Estimator, rays: int, against: Reference) -> dict[str, float]:
-    settings = Settings((estimator,), subject.size, subject.size, rays, filtered=False, margin=0)
+def _bake(subject: Subject, spec: MapSpec, rays: int, against: Reference) -> dict[str, float]:
+    settings = flat_settings((spec,), width=subject.size, height=subject.size, rays=rays, filtered=False, margin=0)
     seconds, results, _ = bake_here([subject.name], settings)
-    rmse = compare(results[0][1].maps[estimator.name].values, against.values, subject.covered).rmse
+    rmse = compare(results[0][1].maps[spec.name].values, against.values, subject.covered).rmse
     return {"seconds": seconds, "rmse": max(rmse**2 - against.noise**2, (0.25 * against.noise) ** 2) ** 0.5}
 
 

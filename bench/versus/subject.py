@@ -9,10 +9,11 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ...addon.read.scene_reader import extract
-from ...core.bake import Settings
-from ...core.scene.scene import Ints, zero_area
+from ...addon.read.scene_reader import SceneRequest, read_scene
+from ...core.base.arrays import Ints
+from ...core.scene.checks import zero_area
 from ...core.texels.rasterize import owners_by_centre, rasterize
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 from .scenes import build
 
@@ -46,9 +47,9 @@ class Subject:
 def prepare(scene: str, size: int, models: Path) -> Subject:
     """Open a scene and bake it once with a ray: charts are then made where there were no UVs, and libraries loaded."""
     name = build(scene, models).targets[0]
-    settings = Settings(width=size, height=size, rays=1, filtered=False, margin=0)
+    settings = flat_settings(width=size, height=size, rays=1, filtered=False, margin=0)
     embree = bake_here([name], settings)[2]
-    read = extract(bpy.context, bpy.context.view_layer, [name])
+    read, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest([name]))
     mesh = read.targets[0].mesh
     assert mesh.uv is not None
     return Subject(

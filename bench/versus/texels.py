@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from ...core.bake import Settings
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 from ..pages import machine
 from .store import Rows
@@ -49,7 +49,7 @@ def page(rows: dict[str, Any]) -> list[str]:
 
 
 def _bake(subject: Subject, size: int, rounds: int) -> dict[str, float]:
-    settings = Settings(width=size, height=size, error=ERROR, margin=0)
+    settings = flat_settings(width=size, height=size, error=ERROR, margin=0)
     times = []
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(rounds):

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 
 from ...addon.cli.hard_exit import leave
-from ...core.bake import Settings
+from ...tests.oracles.settings import flat_settings
 from ..ours import bake_here
 from ..pages import answer_of, machine, peak_memory
 from .scenes import add_net, sculpted
@@ -60,7 +60,7 @@ def _child(side: int, rounds: int) -> None:
     bpy.ops.wm.read_factory_settings(use_empty=True)
     add_net(bpy.context.scene, "Sculpt", sculpted(side))
     before, rays, totals = peak_memory(), [], []
-    settings = Settings(width=SIZE, height=SIZE, rays=RAYS, filtered=False, margin=0)
+    settings = flat_settings(width=SIZE, height=SIZE, rays=RAYS, filtered=False, margin=0)
     for _ in range(rounds):
         seconds, results, _ = bake_here(["Sculpt"], settings)
         baked = results[0][1]

@@ -11,7 +11,7 @@ ABOUT = (
 
 HOW = f"""How it was measured:
 
-- **Ours to an error**: `Settings(error=E)`, which filters; E from 1/50 to 1/510. **Ours plain**: 1 to 1024 rays, no
+- **Ours to an error**: `Goal(error=E)`, which filters; E from 1/50 to 1/510. **Ours plain**: 1 to 1024 rays, no
   filter. Both from the button to the texture: reading the scene out of Blender, texels, tree, rays, error estimate, a
   PNG of 16 bits. In a process that has baked before, so that loading libraries is out.
 - **Cycles**: 1 to 1024 samples, adaptive sampling off, no distance limit, no margin, shadow terminator offset 0, its

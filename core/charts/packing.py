@@ -6,10 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
-from ..scene.scene import Doubles
-from .polygon_charts import Longs, uv_area_of
+from ..base.arrays import Doubles, Ints, Longs
+from ..base.triangles import uv_area_of
 
 # Charts are packed on a grid no finer than this, at so many scales at most.
 FINEST, TRIES = 1024, 8
@@ -132,8 +131,8 @@ class _Outlines:
     start: (C + 1,) the first column of each chart; far: (C,) the cells each chart's box has across.
     """
 
-    lower: NDArray[np.int32]
-    upper: NDArray[np.int32]
+    lower: Ints
+    upper: Ints
     start: Longs
     far: Longs
 
@@ -150,7 +149,7 @@ class _Outlines:
         np.maximum.at(upper, at, np.clip(np.ceil(reach), 1, across).astype(np.int32))
         return _Outlines(np.minimum(lower, upper), upper, start, boxes[:, 1 - axis])
 
-    def turned(self, chart: int, quarter: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    def turned(self, chart: int, quarter: int) -> tuple[Ints, Ints]:
         """The lower and the upper outline of a chart after quarter turns; odd ones are for the outlines along v."""
         lower, upper = (ends[self.start[chart] : self.start[chart + 1]] for ends in (self.lower, self.upper))
         far = np.int32(self.far[chart])
@@ -176,9 +175,7 @@ def _crossings(lines: Doubles) -> tuple[Longs, Longs, Doubles]:
     return np.concatenate([ends, ends, line, line]), np.concatenate(columns), np.concatenate([y0, y1, height, height])
 
 
-def _drop(
-    horizon: NDArray[np.int32], lower: NDArray[np.int32], upper: NDArray[np.int32], gap: int
-) -> tuple[int, int, int]:
+def _drop(horizon: Ints, lower: Ints, upper: Ints, gap: int) -> tuple[int, int, int]:
     """Where a chart comes to lie lowest on the horizon, `gap` cells from the others: (its top, x, y)."""
     fringed = np.pad(lower, 2 * gap, constant_values=np.iinfo(np.int32).max // 2)
     wide = sliding_window_view(fringed, 2 * gap + 1).min(axis=1) - gap

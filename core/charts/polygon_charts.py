@@ -9,12 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..scene.scene import Doubles
-
-Longs = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from ..base.arrays import Doubles, Flags, Longs
+from ..base.triangles import area_of, singular, square, uv_area_of
 
 # xatlas leaves out triangles of an area below FLT_EPSILON.
 LEAST_AREA = 2.0**-23
@@ -23,7 +20,7 @@ MOST_STRETCH = 3.0
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class ChartMesh:
     """What is charted. points: (V, 3), centred, at a size fit for xatlas. polygon: (T,) from 0. area: (T,)."""
 
     points: Doubles
@@ -65,7 +62,7 @@ class Nodes:
         return np.where(known[..., None], self._uv[at], 0.0), known
 
 
-def mended(surface: Surface, draft: Longs, uv: Doubles) -> tuple[Longs, Nodes]:
+def mended(surface: ChartMesh, draft: Longs, uv: Doubles) -> tuple[Longs, Nodes]:
     """Give every polygon one chart: (T,) chart or -1 where a polygon has no area, and the positions in the charts.
 
     A polygon cut by a chart border moves into the chart that holds most of it, unfolded over the border; where it does
@@ -96,7 +93,7 @@ def _repeated(chart: Longs, uv: Doubles) -> Flags:
     return repeated
 
 
-def _home(surface: Surface, draft: Longs) -> Longs:
+def _home(surface: ChartMesh, draft: Longs) -> Longs:
     """(P,) the chart that holds most of each polygon, by area, or -1 where none holds any of it."""
     held = np.flatnonzero(draft >= 0)
     count = int(draft.max(initial=-1)) + 1
@@ -108,7 +105,7 @@ def _home(surface: Surface, draft: Longs) -> Longs:
     return home
 
 
-def unfold(surface: Surface, chart: Longs, nodes: Nodes, chosen: Flags) -> None:
+def unfold(surface: ChartMesh, chart: Longs, nodes: Nodes, chosen: Flags) -> None:
     """Place the unknown corners of the chosen triangles: where two are known, the third follows by similarity."""
     waiting = np.flatnonzero(chosen)
     while len(waiting):
@@ -134,7 +131,7 @@ def _third(corners: Doubles, base: Doubles) -> Doubles:
     return third
 
 
-def _set_apart(surface: Surface, chart: Longs, nodes: Nodes, alone: Flags) -> None:
+def _set_apart(surface: ChartMesh, chart: Longs, nodes: Nodes, alone: Flags) -> None:
     """Place the polygons that are charts of their own, each from its largest triangle.
 
     That triangle is at least 1 long and half as high, about a texel's worth: a smaller one would be lost in float32.
@@ -155,7 +152,7 @@ def _set_apart(surface: Surface, chart: Longs, nodes: Nodes, alone: Flags) -> No
     unfold(surface, chart, nodes, alone)
 
 
-def _misfits(surface: Surface, chart: Longs, nodes: Nodes, moved: Flags) -> Flags:
+def _misfits(surface: ChartMesh, chart: Longs, nodes: Nodes, moved: Flags) -> Flags:
     """(T,) bool: moved triangles that do not fit into their charts."""
     uv, known = nodes.find(chart[:, None], surface.triangles)
     fits = moved & known.all(axis=1) & (uv_area_of(uv) > 0.0)
@@ -194,7 +191,7 @@ def _separated(a: Doubles, b: Doubles) -> Flags:
     return outside
 
 
-def parts(surface: Surface, chart: Longs) -> Longs:
+def parts(surface: ChartMesh, chart: Longs) -> Longs:
     """(T,) the connected part of a chart each triangle lies in: moving polygons away may have left several."""
     ends = np.sort(np.stack([surface.triangles, surface.triangles[:, [1, 2, 0]]], axis=2), axis=2)
     vertex_count = len(surface.points)
@@ -210,44 +207,3 @@ def parts(surface: Surface, chart: Longs) -> Longs:
         if np.array_equal(lower, part):
             return np.where(chart >= 0, part, -1)
         part = lower
-
-
-def tangents(corners: Doubles, uv: Doubles) -> tuple[Doubles, Doubles]:
-    """(n, 3) each: how the point moves with u and with v, for triangles (n, 3, 3) and their UVs (n, 3, 2)."""
-    p, q = corners[:, 1:] - corners[:, :1], uv[:, 1:] - uv[:, :1]
-    double = (q[:, 0, 0] * q[:, 1, 1] - q[:, 0, 1] * q[:, 1, 0])[:, None]
-    along_u = (p[:, 0] * q[:, 1, 1, None] - p[:, 1] * q[:, 0, 1, None]) / double
-    along_v = (p[:, 1] * q[:, 0, 0, None] - p[:, 0] * q[:, 1, 0, None]) / double
-    return along_u, along_v
-
-
-def singular(corners: Doubles, uv: Doubles) -> tuple[Doubles, Doubles]:
-    """(n,) each: the singular values of the map from UV to surface, larger first."""
-    along_u, along_v = tangents(corners, uv)
-    a, b, c = square(along_u), (along_u * along_v).sum(axis=1), square(along_v)
-    root = np.hypot(a - c, 2.0 * b)
-    return np.sqrt(0.5 * (a + c + root)), np.sqrt(np.maximum(0.5 * (a + c - root), 0.0))
-
-
-def area_of(corners: Doubles) -> Doubles:
-    """(n,) area of triangles (n, 3, 3)."""
-    area: Doubles = 0.5 * np.sqrt(square(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])))
-    return area
-
-
-def uv_area_of(uv: Doubles) -> Doubles:
-    """(n,) signed area of triangles (n, 3, 2), positive counter-clockwise."""
-    p, q = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    area: Doubles = 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
-    return area
-
-
-def texels_of(uv: NDArray[np.float32], width: int, height: int) -> Doubles:
-    """(n,) how many texels of such an image triangles with (n, 3, 2) UVs are as large as."""
-    texels: Doubles = np.abs(uv_area_of(uv.astype(np.float64) * (width, height)))
-    return texels
-
-
-def square(vectors: Doubles) -> Doubles:
-    total: Doubles = (vectors * vectors).sum(axis=-1)
-    return total

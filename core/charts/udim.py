@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..scene.scene import Doubles, Floats, Instance, Mesh, zero_area
-from .polygon_charts import uv_area_of
+from ..base.arrays import Doubles, Flags, Longs
+from ..base.triangles import uv_area_of
+from ..scene.checks import zero_area
+from ..scene.scene import Instance, Mesh
 
 FIRST, ACROSS, DOWN = 1001, 10, 100  # ten tiles in a row; 2000 is the last that is in use
 _PLACES = 1 << 12  # a side: copies lie on the same of them
@@ -39,7 +40,7 @@ def tiles_of(mesh: Mesh) -> list[int]:
     return [] if numbers == [FIRST] or _are_copies(uv - corner, tile) else numbers
 
 
-def _are_copies(uv: Doubles, tile: NDArray[np.int64]) -> bool:
+def _are_copies(uv: Doubles, tile: Longs) -> bool:
     """Whether most of the triangles beyond the first tile, where there are many, lie upon one of its own, by their
     middles. A few that fill their tiles each do, too."""
     places = np.rint(uv.mean(axis=1) * _PLACES).astype(np.int64) @ np.array([1 << 24, 1])
@@ -49,33 +50,40 @@ def _are_copies(uv: Doubles, tile: NDArray[np.int64]) -> bool:
     return float(np.isin(places[beyond], places[~beyond]).mean()) > _MOST
 
 
-def within_tile(mesh: Mesh, tile: int) -> NDArray[np.bool_]:
-    """(T,) bool: triangles that lie in a tile."""
-    assert mesh.uv is not None
-    inside: NDArray[np.bool_] = _number(*_tile(mesh.uv.astype(np.float64))) == tile
-    return inside
-
-
-def uv_in_tile(uv: Floats, tile: int) -> Floats:
-    """(T, 3, 2) UVs as the tile has them, its own from 0 to 1."""
+def in_tile(target: Instance, tile: int | None) -> Instance:
+    """A target with UVs as a tile has them, its own from 0 to 1; None: as they are."""
+    if tile is None:
+        return target
+    assert target.mesh.uv is not None
     row, column = divmod(tile - FIRST, ACROSS)
-    return uv - np.array([column, row], dtype=np.float32)
+    uv = target.mesh.uv - np.array([column, row], dtype=np.float32)
+    return replace(target, mesh=replace(target.mesh, uv=uv))
 
 
-def part_in_tile(target: Instance, tile: int) -> Instance:
-    """The triangles of a target that lie in a tile, with UVs as the tile has them."""
-    mesh = target.mesh
+def outside_tile(mesh: Mesh, tile: int | None) -> Flags:
+    """(T,) bool: triangles of a mesh that lie in another tile; none where there are no tiles."""
+    if tile is None:
+        return np.zeros(len(mesh.triangles), dtype=np.bool_)
     assert mesh.uv is not None
-    rows = within_tile(mesh, tile)
-    part = replace(mesh, triangles=mesh.triangles[rows], uv=uv_in_tile(mesh.uv[rows], tile), normals=None, corners=None)
+    outside: Flags = _number(*_tile(mesh.uv.astype(np.float64))) != tile
+    return outside
+
+
+def part_in_tile(target: Instance, tile: int | None) -> Instance:
+    """The triangles of a target that lie in a tile, with UVs as the tile has them; None: all, as they are."""
+    if tile is None:
+        return target
+    mesh, rows = in_tile(target, tile).mesh, ~outside_tile(target.mesh, tile)
+    assert mesh.uv is not None
+    part = replace(mesh, triangles=mesh.triangles[rows], uv=mesh.uv[rows], normals=None, corners=None)
     return replace(target, mesh=part)
 
 
-def _tile(uv: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _tile(uv: Doubles) -> tuple[Longs, Longs]:
     """Column and row of the tile that the middle of each triangle lies in."""
     middle = np.floor(uv.mean(axis=1)).astype(np.int64)
     return middle[:, 0], middle[:, 1]
 
 
-def _number(column: NDArray[np.int64], row: NDArray[np.int64]) -> NDArray[np.int64]:
+def _number(column: Longs, row: Longs) -> Longs:
     return FIRST + column + ACROSS * row

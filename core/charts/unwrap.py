@@ -14,22 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from ..base.arrays import Doubles, Floats, Ints, Longs
 from ..base.errors import InputError, NoUnwrapper
-from ..scene.scene import Doubles, Floats, Ints
+from ..base.triangles import area_of, singular, square, tangents, uv_area_of
 from .packing import packed
-from .polygon_charts import (
-    Longs,
-    Nodes,
-    Surface,
-    area_of,
-    mended,
-    parts,
-    singular,
-    square,
-    tangents,
-    unfold,
-    uv_area_of,
-)
+from .polygon_charts import ChartMesh, Nodes, mended, parts, unfold
 
 # The square root of the surface xatlas is given. Its epsilons are absolute (1e-4 lengths, 1e-7 areas), so the charts of
 # one mesh change with its size up to some 100 units and stay much the same beyond.
@@ -113,7 +102,7 @@ def has_unwrapper() -> bool:
     return importlib.util.find_spec("xatlas") is not None
 
 
-def _surface(name: str, vertices: Floats, triangles: Ints, polygons: Ints | None) -> Surface:
+def _surface(name: str, vertices: Floats, triangles: Ints, polygons: Ints | None) -> ChartMesh:
     """The mesh at a fixed size about its middle, loose vertices aside, so that its place and scale do not matter."""
     faces = triangles.astype(np.int64)
     corners = vertices.astype(np.float64)[faces]
@@ -127,10 +116,10 @@ def _surface(name: str, vertices: Floats, triangles: Ints, polygons: Ints | None
     middle = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
     points = (vertices.astype(np.float64) - middle) * (SIDE / np.sqrt(total))
     polygon = np.arange(len(faces)) if polygons is None else np.unique(polygons, return_inverse=True)[1].ravel()
-    return Surface(points, faces, polygon.astype(np.int64), area_of(points[faces]))
+    return ChartMesh(points, faces, polygon.astype(np.int64), area_of(points[faces]))
 
 
-def _drafted(xatlas: Any, surface: Surface) -> tuple[Longs, Doubles]:
+def _drafted(xatlas: Any, surface: ChartMesh) -> tuple[Longs, Doubles]:
     """xatlas' own charts: (T,) chart or -1, (T, 3, 2) UVs in units of the surface."""
     solid = np.flatnonzero(surface.solid)
     used, local = np.unique(surface.triangles[solid], return_inverse=True)
@@ -152,7 +141,7 @@ def _drafted(xatlas: Any, surface: Surface) -> tuple[Longs, Doubles]:
     return chart, _rescaled(surface, chart, corners)
 
 
-def _rescaled(surface: Surface, chart: Longs, uv: Doubles) -> Doubles:
+def _rescaled(surface: ChartMesh, chart: Longs, uv: Doubles) -> Doubles:
     """Undo the rounding of every chart's box to whole texels: the scales in u and v of least L2 stretch, area kept."""
     good = (chart >= 0) & (uv_area_of(uv) > 0.0)
     along_u, along_v = tangents(surface.points[surface.triangles[good]], uv[good])
@@ -166,7 +155,7 @@ def _rescaled(surface: Surface, chart: Longs, uv: Doubles) -> Doubles:
 
 
 def _laid_out(
-    surface: Surface, chart: Longs, nodes: Nodes, size: tuple[int, int], padding: int
+    surface: ChartMesh, chart: Longs, nodes: Nodes, size: tuple[int, int], padding: int
 ) -> tuple[Doubles, int, int]:
     """Place the charts in the unit square: (T, 3, 2) UVs, the number of charts, the padding kept."""
     uv, known = nodes.find(chart[:, None], surface.triangles)
@@ -180,14 +169,14 @@ def _laid_out(
     return _corners(surface, part, placed), len(names), kept
 
 
-def _corners(surface: Surface, chart: Longs, nodes: Nodes) -> Doubles:
+def _corners(surface: ChartMesh, chart: Longs, nodes: Nodes) -> Doubles:
     """(T, 3, 2) UVs of the corners. One that lies nowhere falls on one that does, so that it covers nothing."""
     uv, known = nodes.find(chart[:, None], surface.triangles)
     anchor = np.take_along_axis(uv, np.argmax(known, axis=1)[:, None, None], axis=1)
     return np.where(known[..., None], uv, anchor)
 
 
-def _stretch(surface: Surface, uv: Doubles) -> Stretch:
+def _stretch(surface: ChartMesh, uv: Doubles) -> Stretch:
     good = (uv_area_of(uv) > 0.0) & (surface.area > 0.0)
     if not good.any():
         return Stretch(np.inf, np.inf, np.inf, np.inf)

@@ -17,8 +17,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ..base.arrays import Floats, Ints
 from ..base.errors import Cancelled, InputError
-from ..scene.scene import Floats, Ints
 from .unwrap import Charts, Stretch, unwrap
 
 # Seconds between two looks at `cancelled`.
@@ -42,7 +42,7 @@ class _NoAnswer(Exception):
     """No child could be asked, or it ended without an answer; the message says why, with the child's stderr."""
 
 
-def unwrap_apart(
+def unwrap_in_process(
     name: str,
     vertices: Floats,
     triangles: Ints,

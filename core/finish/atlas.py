@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..bake import Baked
-from ..scene.scene import Floats
-from .map_finisher import BakedMap, with_margin
+from ..base.arrays import Floats
+from .baked import Baked, BakedMap, SurfaceReport
+from .map_finisher import with_margin
 
 
 class Atlas:
@@ -23,16 +23,11 @@ class Atlas:
 
     def add(self, part: Baked) -> None:
         """The next object's bake."""
-        before = self._whole
         for name, each in part.maps.items():
             self._maps.setdefault(name, _Map(each)).add(each)
-        whole = before or Baked(self._name, part.width, part.height, 0, 0, {})
-        texels = whole.texels + part.texels
-        whole.inside = _mean(whole.inside, whole.texels, part.inside, part.texels)
-        whole.turned = _mean(whole.turned, whole.texels, part.turned, part.texels)
-        whole.texels = texels
+        whole = self._whole or Baked(self._name, part.size, SurfaceReport(), 0, {})
+        whole.surface = _together(whole.surface, part.surface)
         whole.rays += part.rays
-        whole.overlapped += part.overlapped
         whole.warnings += part.warnings
         for stage, took in part.seconds.items():
             whole.seconds[stage] = whole.seconds.get(stage, 0.0) + took
@@ -45,8 +40,8 @@ class Atlas:
         shared = next(iter(self._maps.values())).shared
         whole.maps = {name: each.finish(margin) for name, each in self._maps.items()}
         if shared:
-            whole.texels -= shared
-            whole.overlapped += shared
+            whole.surface.texels -= shared
+            whole.surface.overlapped += shared
             whole.warnings.append(
                 f"{self._name}: objects overlap one another in the UV map on {shared} of {whole.texels} texels; "
                 "each shows one of them: bake with new charts, or move them apart"
@@ -62,7 +57,7 @@ class _Map:
         self.coverage: Floats = np.zeros_like(first.coverage)
         self.shared = self.rays = self.count = 0
         self.squares = self.p99 = 0.0
-        self.mixes = first.mixes
+        self.kind = first.kind
 
     def add(self, part: BakedMap) -> None:
         count = int(np.count_nonzero(part.covered))
@@ -85,10 +80,20 @@ class _Map:
             p99=self.p99,
             mean=float(self.values[covered].mean(dtype=np.float64)) if covered.any() else 1.0,
             rays=self.rays,
-            mixes=self.mixes,
+            kind=self.kind,
         )
         return with_margin(whole, margin)
 
 
-def _mean(a: float, of_a: int, b: float, of_b: int) -> float:
-    return (a * of_a + b * of_b) / max(of_a + of_b, 1)
+def _together(a: SurfaceReport, b: SurfaceReport) -> SurfaceReport:
+    """Of both; shares count by their texels."""
+
+    def mean(of_a: float, of_b: float) -> float:
+        return (of_a * a.texels + of_b * b.texels) / max(a.texels + b.texels, 1)
+
+    return SurfaceReport(
+        a.texels + b.texels,
+        a.overlapped + b.overlapped,
+        mean(a.interior, b.interior),
+        mean(a.flipped, b.flipped),
+    )

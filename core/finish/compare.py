@@ -7,13 +7,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Doubles, Flags, Floats
 from ..base.errors import InputError
 from .image_file import openimageio
-
-Floats = NDArray[np.float32]
-Bools = NDArray[np.bool_]
 
 _GAP = 8
 _PAPER, _INK, _UNCOVERED = 1.0, 0.1, 0.45
@@ -46,7 +43,7 @@ class Comparison:
     worst: float
 
 
-def compare(ours: Floats, reference: Floats, mask: Bools) -> Comparison:
+def compare(ours: Floats, reference: Floats, mask: Flags) -> Comparison:
     """Compare two bakes of the same surface.
 
     ours, reference: (h, w) float32. mask: (h, w) bool, the texels that count. Computed in float64. Raises InputError
@@ -63,7 +60,7 @@ def compare(ours: Floats, reference: Floats, mask: Bools) -> Comparison:
     )
 
 
-def noise(a: Floats, b: Floats, mask: Bools) -> float:
+def noise(a: Floats, b: Floats, mask: Flags) -> float:
     """The noise of one bake (its RMSE about its own expectation) from two that differ by their seed alone.
 
     The difference of two independent equals has twice the variance of one, so sigma = sqrt(mean((a - b)²) / 2); what
@@ -72,8 +69,8 @@ def noise(a: Floats, b: Floats, mask: Bools) -> float:
     return compare(a, b, mask).rmse / math.sqrt(2.0)
 
 
-def picture(
-    ours: Floats, reference: Floats, mask: Bools, names: tuple[str, str] = ("Occlusion Bake", "Cycles")
+def comparison_image(
+    ours: Floats, reference: Floats, mask: Flags, names: tuple[str, str] = ("Occlusion Bake", "Cycles")
 ) -> Floats:
     """Three panels side by side, with captions: ours, reference, and the signed difference with its colour bar.
 
@@ -99,14 +96,14 @@ def picture(
     return _beside(columns)
 
 
-def _difference(ours: Floats, reference: Floats, mask: Bools) -> NDArray[np.float64]:
+def _difference(ours: Floats, reference: Floats, mask: Flags) -> Doubles:
     if not ours.shape == reference.shape == mask.shape or mask.ndim != 2:
         raise InputError(
             f"comparison: images {ours.shape} and {reference.shape} and mask {mask.shape} differ; bake at one size"
         )
     if not mask.any():
         raise InputError("comparison: no texel is covered in both images; check that they use the same UV map")
-    difference: NDArray[np.float64] = ours[mask].astype(np.float64) - reference[mask]
+    difference: Doubles = ours[mask].astype(np.float64) - reference[mask]
     broken = int(np.count_nonzero(~np.isfinite(difference)))
     if broken:
         raise InputError(f"comparison: {broken} texels are not finite numbers; bake the image that holds them again")
@@ -121,19 +118,19 @@ def _readable(size: float) -> float:
     return next((step * decade for step in (1.0, 2.0, 5.0) if size <= step * decade * (1.0 + 1e-9)), 10.0 * decade)
 
 
-def _grey(values: Floats, mask: Bools) -> Floats:
+def _grey(values: Floats, mask: Flags) -> Floats:
     shown = np.where(mask, np.clip(values, 0.0, 1.0), np.float32(_UNCOVERED))
     return np.repeat(shown[..., None], 3, axis=2).astype(np.float32)
 
 
-def _coloured(signed: NDArray[np.float64], mask: Bools) -> Floats:
+def _coloured(signed: Doubles, mask: Flags) -> Floats:
     """Colours of differences in units of the bar's end, (h, w, 3)."""
     signed = np.where(mask, signed, 0.0)
     channels = [np.interp(signed, _DIVERGING[:, 0], _DIVERGING[:, 1 + channel]) for channel in range(3)]
     return np.where(mask[..., None], np.stack(channels, axis=-1), _UNCOVERED).astype(np.float32)
 
 
-def _mean_caption(values: Floats, mask: Bools) -> str:
+def _mean_caption(values: Floats, mask: Flags) -> str:
     return f"mean {values[mask].mean(dtype=np.float64):.4f}, {np.count_nonzero(mask):,} texels"
 
 

@@ -6,10 +6,7 @@ the first use, so that everything else runs without it.
 
 from __future__ import annotations
 
-import contextlib
-import errno
 import json
-import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,39 +16,58 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arrays import Floats
+from ..base.atomic_file import check_writable, one_line, refusal, replacing
 from ..base.errors import InputError
-
-Metadata = Mapping[str, str | int | float]
+from .baked import Metadata
 
 
 @dataclass(frozen=True)
-class _Format:
-    """How one kind of file is written: suffixes (the first is ours), array type by depth, OpenImageIO's settings."""
+class ImageFormat:
+    """How one kind of file is written: suffixes (the first is ours), array type by depth, OpenImageIO's settings.
 
+    label, description: for the artist. has_alpha: whether coverage is kept. end: the bytes that a whole file ends with;
+    empty where its last row tells.
+    """
+
+    label: str
+    description: str
     suffixes: tuple[str, ...]
     encodings: Mapping[int, type[np.generic]]
     settings: Mapping[str, str | int]
     has_alpha: bool = False
+    end: bytes = b""
 
 
-_FORMATS = {
+FORMATS = {
     # Baked occlusion is noise over a smooth ground: subtracting the row above (filter 32) and the fastest deflate take
     # half the time of the defaults and give a file of the same size.
-    "png": _Format((".png",), {8: np.uint8, 16: np.uint16}, {"png:compressionLevel": 1, "png:filter": 32}),
-    "exr": _Format((".exr",), {16: np.float16, 32: np.float32}, {"compression": "zip"}, has_alpha=True),
-    "tiff": _Format((".tif", ".tiff"), {8: np.uint8, 16: np.uint16, 32: np.float32}, {"compression": "zip"}),
+    "png": ImageFormat(
+        "PNG",
+        "8 or 16 bits a channel",
+        (".png",),
+        {8: np.uint8, 16: np.uint16},
+        {"png:compressionLevel": 1, "png:filter": 32},
+        end=b"\0\0\0\0IEND\xaeB`\x82",
+    ),
+    "exr": ImageFormat(
+        "OpenEXR",
+        "16 or 32 bits a channel, with coverage as alpha",
+        (".exr",),
+        {16: np.float16, 32: np.float32},
+        {"compression": "zip"},
+        has_alpha=True,
+    ),
+    "tiff": ImageFormat(
+        "TIFF",
+        "8, 16 or 32 bits a channel",
+        (".tif", ".tiff"),
+        {8: np.uint8, 16: np.uint16, 32: np.float32},
+        {"compression": "zip"},
+    ),
 }
+SUFFIXES = tuple(suffix for each in FORMATS.values() for suffix in each.suffixes)
 _TYPE_NAMES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
-_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"
-_CURES = {
-    errno.ENOENT: "create the folder or choose another",
-    errno.ENOTDIR: "choose a folder, not a file, to write into",
-    errno.EACCES: "choose a folder that you may write to, or close the program that holds the file",
-    errno.EPERM: "choose a folder that you may write to",
-    errno.EROFS: "choose a disk that can be written to",
-    errno.ENOSPC: "free some space or choose another disk",
-    errno.ENAMETOOLONG: "choose a shorter name",
-}
 
 
 def openimageio() -> ModuleType:
@@ -59,7 +75,7 @@ def openimageio() -> ModuleType:
     try:
         import OpenImageIO
     except Exception as error:  # a broken library fails in ways of its own: ImportError, OSError, AttributeError
-        cause = _one_line(str(error))
+        cause = one_line(str(error))
         raise InputError(f"OpenImageIO cannot be loaded ({cause}); install it with: pip install OpenImageIO") from error
     return OpenImageIO
 
@@ -79,22 +95,9 @@ def suffix(name: str) -> str:
     return _format(name).suffixes[0]
 
 
-def check_writable(folder: Path | str) -> None:
-    """Create `folder` where it is missing and prove that a file can be written in it. Raises InputError if not."""
-    folder = Path(folder)
-    probe = _beside(folder / "probe")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        probe.write_bytes(bytes(4096))
-    except OSError as error:
-        raise _refusal(folder, error) from error
-    finally:
-        _remove(probe)
-
-
 def write_image(
     path: Path | str,
-    values: NDArray[np.float32],
+    values: Floats,
     *,
     depth: int,
     coverage: NDArray[Any] | None = None,
@@ -137,7 +140,7 @@ def check_channel(path: Path, channel: str, size: tuple[int, int]) -> None:
     check_writable(path.parent)
 
 
-def write_channel(path: Path, values: NDArray[np.float32], channel: str, *, dither: bool = False) -> None:
+def write_channel(path: Path, values: Floats, channel: str, *, dither: bool = False) -> None:
     """Put (h, w) linear values into one channel, R, G, B or A, of an image that is there, .png, .exr, .tif or .tiff.
 
     The other channels keep their bits, and the image its depth and what it says of itself; `dither` as in
@@ -174,20 +177,17 @@ def _channel_of(path: Path, spec: Any, channel: str) -> int:
 
 def _write_whole(path: Path, spec: Any, pixels: NDArray[Any]) -> None:
     """The file appears, with these pixels, whole or not at all. Raises InputError."""
-    temporary = _beside(path)
+    if path.is_dir():
+        raise InputError(f"{path}: a folder of that name is in the way; move it or choose another name")
     try:
-        if path.is_dir():
-            raise InputError(f"{path}: a folder of that name is in the way; move it or choose another name")
-        temporary.touch(exist_ok=False)  # the system names the cause of a refusal, which OpenImageIO would blur
-        _save(temporary, spec, pixels, path)
-        temporary.replace(path)
+        with replacing(path) as temporary:
+            temporary.touch(exist_ok=False)  # the system names the cause of a refusal, which OpenImageIO would blur
+            _save(temporary, spec, pixels, path)
     except OSError as error:
-        raise _refusal(path, error) from error
-    finally:
-        _remove(temporary)
+        raise refusal(path, error) from error
 
 
-def read_image(path: Path | str) -> tuple[NDArray[np.float32], dict[str, str | int | float]]:
+def read_image(path: Path | str) -> tuple[Floats, dict[str, str | int | float]]:
     """Read an image as it is stored: ((h, w, c) float32, the metadata that `write_image` was given).
 
     Integers become [0, 1]; alpha is a channel like the others, and nothing is multiplied by it. The metadata of a file
@@ -219,34 +219,35 @@ def _pixels(path: Path | str, image: Any, kind: Any) -> NDArray[Any]:
 
 
 def _unreadable(path: Path | str, cause: str) -> InputError:
-    return InputError(
-        f"{path}: cannot be read as an image ({_one_line(cause)}); check the name, or write the file anew"
-    )
+    return InputError(f"{path}: cannot be read as an image ({one_line(cause)}); check the name, or write the file anew")
 
 
-def _format(name: str) -> _Format:
-    if name not in _FORMATS:
-        raise InputError(f"format {name}: unknown; choose png, exr or tiff")
-    return _FORMATS[name]
+def _format(name: str) -> ImageFormat:
+    if name not in FORMATS:
+        raise InputError(f"format {name}: unknown; choose {_one_of(list(FORMATS))}")
+    return FORMATS[name]
 
 
-def _format_of(path: Path) -> _Format:
-    for kind in _FORMATS.values():
+def _format_of(path: Path) -> ImageFormat:
+    for kind in FORMATS.values():
         if path.suffix.lower() in kind.suffixes:
             return kind
-    raise InputError(f"{path}: images are written as .png, .exr, .tif or .tiff; end the name in one of these")
+    raise InputError(f"{path}: images are written as {_one_of(SUFFIXES)}; end the name in one of these")
 
 
-def _encoding(kind: _Format, subject: str, depth: int) -> type[np.generic]:
+def _one_of(names: Sequence[str]) -> str:
+    """ "a, b or c"."""
+    return f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _encoding(kind: ImageFormat, subject: str, depth: int) -> type[np.generic]:
     if depth not in kind.encodings:
         allowed = " or ".join(str(known) for known in kind.encodings)
         raise InputError(f"{subject}: cannot hold {depth} bits per channel; choose depth {allowed}")
     return kind.encodings[depth]
 
 
-def _layers(
-    path: Path, values: NDArray[np.float32], coverage: NDArray[Any] | None, channels: Sequence[str] = ()
-) -> NDArray[np.float32]:
+def _layers(path: Path, values: Floats, coverage: NDArray[Any] | None, channels: Sequence[str] = ()) -> Floats:
     """(h, w, 1), (h, w, 3), as many as there are named channels or, with coverage, (h, w, 4) float32."""
     values = np.asarray(values, dtype=np.float32)
     fitting = [(len(channels),)] if channels else [(), (3,), (4,)]
@@ -266,7 +267,7 @@ def _layers(
     return layers
 
 
-def _encoded(values: NDArray[np.float32], encoding: type[np.generic], dither: bool) -> NDArray[Any]:
+def _encoded(values: Floats, encoding: type[np.generic], dither: bool) -> NDArray[Any]:
     if not issubclass(encoding, np.integer):
         return np.ascontiguousarray(values, dtype=encoding)
     scaled = np.clip(values, 0.0, 1.0)
@@ -277,7 +278,7 @@ def _encoded(values: NDArray[np.float32], encoding: type[np.generic], dither: bo
     return np.rint(scaled, out=scaled).astype(encoding)
 
 
-def dithered(steps: NDArray[np.float32], most: int) -> NDArray[np.float32]:
+def dithered(steps: Floats, most: int) -> Floats:
     """Values in steps of an integer, 0 to `most`, moved by up to half a step: rounded, their mean is the value's. Whole
     steps stay what they are. The same image gets the same noise each time."""
     noise = np.random.default_rng(0).random(steps.shape, dtype=np.float32)
@@ -287,7 +288,7 @@ def dithered(steps: NDArray[np.float32], most: int) -> NDArray[np.float32]:
     return np.clip(noise, 0.0, np.float32(most), out=noise)
 
 
-def _spec(pixels: NDArray[Any], kind: _Format, metadata: Metadata | None, names: Sequence[str] = ()) -> Any:
+def _spec(pixels: NDArray[Any], kind: ImageFormat, metadata: Metadata | None, names: Sequence[str] = ()) -> Any:
     height, width, channels = pixels.shape
     spec = openimageio().ImageSpec(width, height, channels, _TYPE_NAMES[pixels.dtype.name])
     if names:
@@ -321,16 +322,16 @@ def _save(file: Path, spec: Any, pixels: NDArray[Any], path: Path) -> None:
     closed = output is not None and output.close()
     if done and not cause and closed and _is_whole(file, pixels.shape):
         return
-    cause = _one_line(cause.replace(str(file), path.name)) or "its end is missing"
+    cause = one_line(cause.replace(str(file), path.name)) or "its end is missing"
     raise InputError(f"{path}: could not be written whole ({cause}); check that the disk has room")
 
 
 def _is_whole(file: Path, shape: tuple[int, ...]) -> bool:
-    """Whether the end of the file is there: a PNG's end mark, or the last row where that is quick to reach."""
-    if file.suffix.lower() == ".png":
+    """Whether the end of the file is there: its format's end mark, or the last row where that is quick to reach."""
+    if end := _format_of(file).end:
         with file.open("rb") as stream:
-            stream.seek(max(0, file.stat().st_size - len(_PNG_END)))
-            return stream.read() == _PNG_END
+            stream.seek(max(0, file.stat().st_size - len(end)))
+            return stream.read() == end
     height, _, channels = shape
     image = openimageio().ImageInput.open(str(file))
     if image is None:
@@ -339,22 +340,3 @@ def _is_whole(file: Path, shape: tuple[int, ...]) -> bool:
     last_row = image.read_scanlines(height - 1, height, 0, 0, channels)
     image.close()
     return last_row is not None
-
-
-def _beside(path: Path) -> Path:
-    """A new, short, hidden name in the same folder, of the same format."""
-    return path.parent / f".{secrets.token_hex(8)}{path.suffix}"
-
-
-def _remove(file: Path) -> None:
-    with contextlib.suppress(OSError):  # it may be gone, or never have been
-        file.unlink()
-
-
-def _refusal(path: Path, error: OSError) -> InputError:
-    cure = _CURES.get(error.errno or 0, "choose another folder")
-    return InputError(f"{path}: {_one_line(error.strerror or str(error))}; {cure}")
-
-
-def _one_line(text: str) -> str:
-    return text.strip().split("\n")[0].strip()

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..bake import Baked, Settings
+from ..base.atomic_file import check_writable
 from ..base.errors import InputError
-from .image_file import check_format, check_writable, suffix, write_image
-from .map_images import code_of, write_code
+from .baked import Baked, Metadata
+from .image_file import SUFFIXES, check_format, suffix, write_image
+from .map_images import write_code
 from .report import image_metadata
 
-_IMAGES = (".png", ".exr", ".tif", ".tiff")
 _LONGEST_STEM = 180  # bytes; file systems take 255 for the whole name
 
 
@@ -45,22 +45,24 @@ class Folder:
         self._taken.add(_same_file(stem))
         return stem
 
-    def write(self, baked: Baked, settings: Settings, stem: str) -> dict[str, Path]:
-        """Write every map of an object; returns the paths by map. Raises InputError, the old file untouched."""
+    def write(self, baked: Baked, asked: Metadata, stem: str) -> dict[str, Path]:
+        """Write every map of an object; returns the paths by map. asked: what was, for their description.
+
+        Raises InputError, the old file untouched."""
         files: dict[str, Path] = {}
         for name in baked.maps:
             path = self.path / f"{stem}_{name}{tile_suffix(baked.tile)}{suffix(self.format)}"
-            written = write_map(path, baked, name, settings, depth=self.depth, dither=self.dither)
+            written = write_map(path, baked, name, asked, depth=self.depth, dither=self.dither)
             several = len(written) > 1
             files |= {f"{name}_{number}" if several else name: file for number, file in enumerate(written)}
         return files
 
 
-def write_map(path: Path, baked: Baked, name: str, settings: Settings, *, depth: int, dither: bool) -> list[Path]:
+def write_map(path: Path, baked: Baked, name: str, asked: Metadata, *, depth: int, dither: bool) -> list[Path]:
     """Write one map of an object, with what it says of itself; of a directional code there may be several files, which
     are returned. Raises InputError, the old file untouched."""
-    each, metadata, code = baked.maps[name], image_metadata(baked, name, settings), code_of(name, settings)
-    if code is not None:
+    each, metadata = baked.maps[name], image_metadata(baked, name, asked)
+    if (code := each.kind.directional) is not None:
         return write_code(path, each, code, tile=tile_suffix(baked.tile), depth=depth, metadata=metadata)
     write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
     return [path]
@@ -106,8 +108,8 @@ def check_file(path: Path) -> None:
 
 def check_image(path: Path) -> None:
     """`check_file` for an image, whose name tells its format."""
-    if path.suffix.lower() not in _IMAGES:
-        raise InputError(f"{path}: images are written as {', '.join(_IMAGES)}; end the name in one of these")
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path}: images are written as {', '.join(SUFFIXES)}; end the name in one of these")
     check_file(path)
 
 

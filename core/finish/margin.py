@@ -7,15 +7,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arrays import Doubles, Flags, Floats
 from ..base.errors import InputError
 
-Floats = NDArray[np.float32]
-Bools = NDArray[np.bool_]
-Indices = NDArray[np.intp]
 Kind = TypeVar("Kind", bound=np.generic)
 
 
-def fill_margin(values: Floats, covered: Bools, pixels: int) -> Floats:
+def fill_margin(values: Floats, covered: Flags, pixels: int) -> Floats:
     """Carry the charts' borders outward by up to `pixels` texels and calm what lies beyond.
 
     values: (h, w) float32; what it holds where nothing is covered is ignored. covered: (h, w) bool. Returns (h, w)
@@ -44,7 +42,7 @@ def fill_margin(values: Floats, covered: Bools, pixels: int) -> Floats:
     return np.ascontiguousarray(filled.reshape(-1, stride)[1:-1, 1:-1])
 
 
-def fill_margins(values: Floats, covered: Bools, pixels: int) -> Floats:
+def fill_margins(values: Floats, covered: Flags, pixels: int) -> Floats:
     """`fill_margin` for (h, w) values, or (h, w, c), each channel by itself; these are filled where they are, for
     a second array of a directional code can be too large."""
     if values.ndim == 2:
@@ -64,7 +62,7 @@ def _axes(stride: int) -> tuple[int, int, int, int]:
     return 1, stride, stride - 1, stride + 1
 
 
-def _first_ring(known: Bools, waiting: Bools, stride: int) -> Indices:
+def _first_ring(known: Flags, waiting: Flags, stride: int) -> NDArray[np.intp]:
     """Waiting texels that touch a known one, no longer waiting: the only pass over the whole image."""
     touched = np.zeros_like(known)
     for step in _axes(stride):
@@ -75,7 +73,7 @@ def _first_ring(known: Bools, waiting: Bools, stride: int) -> Indices:
     return ring
 
 
-def _next_ring(ring: Indices, waiting: Bools, stride: int) -> Indices:
+def _next_ring(ring: NDArray[np.intp], waiting: Flags, stride: int) -> NDArray[np.intp]:
     """Waiting texels that touch the ring. Each is found once, for it waits no longer when it has been found."""
     found = []
     for step in _axes(stride):
@@ -86,7 +84,7 @@ def _next_ring(ring: Indices, waiting: Bools, stride: int) -> Indices:
     return np.concatenate(found)
 
 
-def _mean_of_known(filled: Floats, known: Bools, ring: Indices, stride: int) -> NDArray[np.float64]:
+def _mean_of_known(filled: Floats, known: Flags, ring: NDArray[np.intp], stride: int) -> Doubles:
     """Means over the known neighbours of each texel of the ring.
 
     Opposite neighbours are added first, then straight to diagonal ones: turning or mirroring the image only swaps the
@@ -99,5 +97,5 @@ def _mean_of_known(filled: Floats, known: Bools, ring: Indices, stride: int) -> 
         sums.append(filled[before].astype(np.float64) + filled[after])
         count += known[before]
         count += known[after]
-    mean: NDArray[np.float64] = ((sums[0] + sums[1]) + (sums[2] + sums[3])) / count
+    mean: Doubles = ((sums[0] + sums[1]) + (sums[2] + sums[3])) / count
     return mean

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
-import os
-import secrets
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..bake import Baked, Settings
+from ..base.atomic_file import replacing
 from ..base.errors import InputError
 from ..base.version import version
 from ..rays.embree import Device
-from ..rays.map_spec import Axis
+from .baked import Baked, Metadata
 from .compare import Comparison
-from .map_finisher import BENT_NAME, RATIO
 
 STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "probe", "finish", "code", "write")
 Json = dict[str, Any]
@@ -29,16 +25,16 @@ def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
     seconds = {stage: baked.seconds.get(stage, 0.0) for stage in STAGES}
     return {
         "name": baked.name,
-        "size": [baked.width, baked.height],
+        "size": list(baked.size),
         "texels": baked.texels,
         "rays": baked.rays,
         "seconds": {**seconds, "total": sum(seconds.values())},
         "error": {name: each.error for name, each in baked.maps.items()},
         "p99": {name: each.p99 for name, each in baked.maps.items()},
         "mean": {name: each.mean for name, each in baked.maps.items()},
-        "inside": baked.inside,
-        "turned": baked.turned,
-        "overlapped": baked.overlapped,
+        "inside": baked.surface.interior,
+        "turned": baked.surface.flipped,
+        "overlapped": baked.surface.overlapped,
         **({} if baked.tile is None else {"tile": baked.tile}),
         "files": {name: str(path) for name, path in files.items()},
         "warnings": list(baked.warnings),
@@ -88,85 +84,40 @@ def times_as_long(entry: Json) -> float:
     return float(cycles["seconds"] / cycles["samples"] / (entry["seconds"]["total"] / rays_per_texel(entry)))
 
 
-def whole_report(settings: Settings, device: Device, seconds: Mapping[str, float], objects: Iterable[Json]) -> Json:
-    """The report of one run. seconds: what several objects share, and `total`. rays_per_texel and error_wanted: what
-    was asked for; the other one is None."""
+def whole_report(
+    asked: Mapping[str, Any], device: Device, seconds: Mapping[str, float], objects: Iterable[Json]
+) -> Json:
+    """The report of one run. asked: what was, by its options. seconds: what several objects share, and `total`."""
     return {
         "version": version(),
         "embree": device.description,
-        "threads": settings.threads or os.cpu_count() or 1,
-        "rays_per_texel": settings.rays if settings.error is None else None,
-        "error_wanted": settings.error,
-        "filtered": settings.goal.filtered,
-        **_reach(settings),
-        "distance": settings.distance,
-        "ro_horizon": "divide" if settings.divide_horizon else "keep",
-        "seed": settings.seed,
+        **asked,
         "seconds": dict(seconds),
         "objects": list(objects),
     }
 
 
-def image_metadata(baked: Baked, name: str, settings: Settings) -> dict[str, str | int | float]:
-    """What an image says of itself: what was baked, how, and how well. rays_per_texel: the mean of what was traced."""
+def image_metadata(baked: Baked, name: str, asked: Metadata) -> dict[str, str | int | float]:
+    """What an image says of itself: what was baked, how, and how well. rays_per_texel: the mean of what was traced.
+    asked: what was, by its options."""
     made = baked.maps[name]
     return {
         "software": f"Occlusion Bake {version()}",
         "object": baked.name,
-        **_what_it_is(name, settings),
+        **made.kind.description(),
         "rays_per_texel": round(made.rays / max(int(np.count_nonzero(made.covered)), 1), 1),
-        "error_wanted": "none" if settings.error is None else settings.error,
-        "filtered": "yes" if settings.goal.filtered else "no",
-        **_reach(settings),
-        "seed": settings.seed,
+        **asked,
         "estimated_rmse": made.error,
         "estimated_p99": made.p99,
-    }
-
-
-def _what_it_is(name: str, settings: Settings) -> dict[str, str | int | float]:
-    """A map by its name."""
-    estimator = next((each for each in settings.estimators if name in settings.names_of(each)), None)
-    if estimator is None and name == BENT_NAME and settings.bent is not None:
-        bent = settings.bent
-        return {"map": "bent normal", "space": bent.space.value, "green": "down" if bent.y_down else "up"}
-    if estimator is None:
-        assert settings.coding is not None and settings.coding.code.name == name
-        return {"map": "directional code", "code": name, "code_rays": settings.coding.rays}
-    kind = "ambient occlusion" if name == "ao" else "reflection occlusion"
-    if estimator.is_light:
-        kind = "share of the environment's light" if name.endswith(RATIO) else "environment's light"
-    return {
-        "map": kind,
-        "exponent": estimator.exponent,
-        "direction": "camera" if estimator.axis is Axis.REFLECTED else "normal",
-        "horizon": "divided" if settings.divides(estimator) else "kept",
-        "sampler": estimator.sampler.name.lower(),
-    }
-
-
-def _reach(settings: Settings) -> dict[str, str | int | float]:
-    """What counts as an occluder, and about which normals."""
-    return {
-        "distance": "none" if settings.distance is None else settings.distance,
-        "minimum_distance": settings.nearest,
-        "falloff": settings.falloff.name.lower(),
-        "spread": settings.spread,
-        "faces": "front" if settings.front_only else "both",
-        "normal_maps": "yes" if settings.normal_maps else "no",
     }
 
 
 def write_report(path: Path, report: Json) -> None:
     """Write the report whole: beside its place first, then renamed. Raises InputError naming the path."""
     text = json.dumps(report, indent=2, allow_nan=False) + "\n"
-    temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
     try:
-        temporary.write_text(text, encoding="utf-8")
-        temporary.replace(path)
+        with replacing(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
     except OSError as error:
         reason = error.strerror or error
         raise InputError(f"{path}: the report cannot be written ({reason}); choose another place") from error
-    finally:
-        with contextlib.suppress(OSError):  # renamed, or never made
-            temporary.unlink()

@@ -11,17 +11,17 @@ falls as one over the rays (Cochran, "Sampling Techniques", chapter 6).
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.scene import Doubles, Floats
+from ..base.arrays import Doubles, Floats, Reals
 
 _Real = TypeVar("_Real", np.float32, np.float64)
 
 
-class Counts(IntEnum):
+class Accumulator(IntEnum):
     """What is summed up; the values are the kernel's."""
 
     VISIBILITY = 0
@@ -31,15 +31,15 @@ class Counts(IntEnum):
     @property
     def images(self) -> int:
         """Sums that the kernel fills."""
-        return {Counts.VISIBILITY: 1, Counts.BENT: 4, Counts.LIGHT: 6}[self]
+        return {Accumulator.VISIBILITY: 1, Accumulator.BENT: 4, Accumulator.LIGHT: 6}[self]
 
     def totals(self, sums: Floats, rays: int) -> Floats:
         """The rows, times the rays: (images, …) float32 sums over so many rays → (rows, …) float32; -1 stays where the
         first sum is -1, a texel that faces away. One of visibility is given back as it is."""
-        if self is Counts.VISIBILITY:
+        if self is Accumulator.VISIBILITY:
             return sums
         away = sums[0] < 0.0
-        if self is Counts.BENT:
+        if self is Accumulator.BENT:
             rows = np.concatenate([sums[:1], 0.5 * (np.float32(rays) + sums[1:])])
         else:
             lit = sums[3:] > 0.0
@@ -50,7 +50,7 @@ class Counts(IntEnum):
         return totals
 
 
-def directions(rows: NDArray[np.floating[Any]]) -> Doubles:
+def directions(rows: Reals) -> Doubles:
     """What the rows after the first, (R - 1, …), stand for, where their error is told: of three for a bent direction
     that direction, at unit length; zero stays."""
     vectors = bent_vectors(rows.astype(np.float64))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.errors import Cancelled, InputError
 
-ABI_VERSION = 8
+ABI_VERSION = 9
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -25,7 +25,7 @@ class Map(Structure):
         ("exponent", c_double),
         ("cosine", c_double),
         ("lobe_share", c_double),
-        ("counts", c_int32),
+        ("accumulator", c_int32),
     ]
 
 
@@ -33,8 +33,8 @@ class Light(Structure):
     _fields_ = [
         ("radiance", c_void_p),
         ("density", c_void_p),
-        ("rows", c_void_p),
-        ("columns", c_void_p),
+        ("row_cdf", c_void_p),
+        ("column_cdf", c_void_p),
         ("size", c_int32),
     ]
 
@@ -64,7 +64,7 @@ class Surface(Structure):
         ("uv", c_void_p),
         ("normals", c_void_p),
         ("texel_normals", c_void_p),
-        ("faces", c_void_p),
+        ("face_normals", c_void_p),
         ("spacing", c_void_p),
         ("owner", c_void_p),
         ("vertex_count", c_int64),
@@ -115,12 +115,12 @@ class Slab(Structure):
 _HANDLE = c_void_p
 _CONTROL = POINTER(Control)
 _MESH = [c_void_p, c_int64, c_void_p, c_int64]
-_THROUGH = [POINTER(Cutout), c_int32]
+_RAY_FILTER = [POINTER(Cutout), c_int32]
 _FUNCTIONS: dict[str, list[Any]] = {
     "ob_device_open": [c_char_p, c_int32, POINTER(_HANDLE), POINTER(DeviceInfo)],
-    "ob_mesh_build": [_HANDLE, *_MESH, *_THROUGH, _CONTROL, POINTER(_HANDLE)],
+    "ob_mesh_build": [_HANDLE, *_MESH, *_RAY_FILTER, _CONTROL, POINTER(_HANDLE)],
     "ob_scene_begin": [_HANDLE, POINTER(_HANDLE)],
-    "ob_scene_add_triangles": [_HANDLE, *_MESH, *_THROUGH],
+    "ob_scene_add_triangles": [_HANDLE, *_MESH, *_RAY_FILTER],
     "ob_scene_add_instances": [_HANDLE, _HANDLE, c_void_p, c_int64],
     "ob_scene_commit": [_HANDLE, _CONTROL],
     "ob_rasterize": [
@@ -140,13 +140,13 @@ _FUNCTIONS: dict[str, list[Any]] = {
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), c_void_p, c_int64],
         *[c_void_p, c_int32, c_void_p, _CONTROL],
     ],
-    "ob_field_build": [POINTER(Surface), POINTER(Slab), c_int32, _CONTROL, POINTER(_HANDLE)],
-    "ob_field_filter": [_HANDLE, POINTER(Signal), _CONTROL],
-    "ob_inside": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
+    "ob_filter_build": [POINTER(Surface), POINTER(Slab), c_int32, _CONTROL, POINTER(_HANDLE)],
+    "ob_filter_apply": [_HANDLE, POINTER(Signal), _CONTROL],
+    "ob_interior": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_first_hits": [_HANDLE, *[c_void_p] * 3, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }
-_RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_field_free")
+_RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_filter_free")
 
 
 @cache
@@ -205,3 +205,8 @@ def profile() -> tuple[int, int]:
     embree, everything = c_int64(), c_int64()
     library().ob_profile(byref(embree), byref(everything))
     return embree.value, everything.value
+
+
+def pointer_to(control: Control | None) -> object:
+    """A control as the kernel takes it."""
+    return None if control is None else byref(control)

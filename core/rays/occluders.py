@@ -11,10 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..progress import Progress
-from ..scene.scene import Doubles, Floats, Instance, Mesh, bounds_of, centre_of, mirrors, placed
+from ..base.arrays import Doubles, Floats
+from ..scene.scene import Instance, Mesh
+from ..scene.world_mesh import bounds_of, centre_of, mirrors, world_mesh
 from .embree import Device
-from .tracer import Geometry, Through, TraceScene
+from .kernel_api import Control
+from .ray_options import ALL_OCCLUDERS, RayOptions
+from .trace_scene import Geometry, RayFilter, TraceScene
 
 # A copy costs memory, an instance tracing time: below so many extra triangles a repeated mesh is copied.
 COPIED_TRIANGLES = 1 << 18
@@ -28,7 +31,7 @@ _Key = tuple[int, int]  # a mesh and what of it is cut out
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class TraceFrame:
     """A built scene and the world-space point that is its origin ((3,) float64)."""
 
     scene: TraceScene
@@ -57,17 +60,14 @@ class Occluders:
         self,
         device: Device,
         instances: Sequence[Instance],
-        distance: float = np.inf,
+        options: RayOptions = ALL_OCCLUDERS,
         reserved: Mapping[str, Collection[str]] | None = None,
-        *,
-        front_only: bool = False,
     ) -> None:
-        """reserved: by name, objects that block light for these targets alone. front_only: faces block none from
-        behind."""
+        """options: how far occluders count, and whether from behind. reserved: by name, objects that block light for
+        these targets alone."""
         self._device = device
-        self._distance = distance
+        self._options = options
         self._reserved = reserved or {}
-        self._front_only = front_only
         distinct = {_key(instance): instance for instance in instances}
         sound = {key: _without_broken(each) for key, each in distinct.items()}  # once a mesh, or none would be shared
         self._instances = [
@@ -78,18 +78,18 @@ class Occluders:
         self._boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
         self.warnings += _leave_out_the_largest(instances, self._boxes)
         self._geometries: dict[_Key, tuple[Geometry, Doubles]] = {}
-        self._frame: Frame | None = None
+        self._frame: TraceFrame | None = None
 
-    def frame_for(self, target: Instance, progress: Progress) -> Frame:
+    def frame_for(self, target: Instance, control: Control | None = None) -> TraceFrame:
         """The scene to trace the target in. Raises Cancelled, MemoryError."""
         wanted = self._within_reach(target)
         own = self._place_of(target)
         if self._frame is None or not self._frame.serves(target, own, wanted):
             self._frame = None  # free the old tree before the new one grows
-            self._frame = self._build(target, own, wanted, progress)
+            self._frame = self._build(target, own, wanted, control)
         return self._frame
 
-    def number_of(self, target: Instance, frame: Frame) -> int:
+    def number_of(self, target: Instance, frame: TraceFrame) -> int:
         """The target's own geometry in a frame's scene, as `TraceScene.add` numbered it; -1: it does not occlude."""
         return frame.numbers.get(self._place_of(target), -1)
 
@@ -102,14 +102,14 @@ class Occluders:
         low, high = self._boxes[:, 0], self._boxes[:, 1]
         gap = np.maximum(np.maximum(low - own_high, own_low - high), 0.0)
         near = np.isfinite(self._boxes).all(axis=(1, 2))
-        near[near] = np.linalg.norm(gap[near], axis=1) <= min(self._distance * (1.0 + 1e-6), FARTHEST)
+        near[near] = np.linalg.norm(gap[near], axis=1) <= min(self._options.reach * (1.0 + 1e-6), FARTHEST)
         places: list[int] = np.flatnonzero(near).tolist()
         return frozenset(i for i in places if self._may_occlude(self._instances[i], target))
 
     def _may_occlude(self, occluder: Instance, target: Instance) -> bool:
         return target.name in self._reserved.get(occluder.belongs_to, (target.name,))
 
-    def _build(self, target: Instance, own: int, wanted: frozenset[int], progress: Progress) -> Frame:
+    def _build(self, target: Instance, own: int, wanted: frozenset[int], control: Control | None) -> TraceFrame:
         origin = centre_of(target)
         scene = TraceScene(self._device)
         instanced: set[int] = set()
@@ -122,11 +122,11 @@ class Occluders:
                 if i not in apart:
                     numbers[i] = self._add_copy(scene, self._instances[i], origin)
             if apart:
-                self._add_instances(scene, first, sorted(apart), origin, progress)
+                self._add_instances(scene, first, sorted(apart), origin, control)
                 instanced |= apart
-        scene.commit(progress.control)
+        scene.commit(control)
         triangles = sum(len(self._instances[i].mesh.triangles) for i in wanted)
-        return Frame(scene, origin, wanted - instanced, frozenset(instanced), numbers, triangles)
+        return TraceFrame(scene, origin, wanted - instanced, frozenset(instanced), numbers, triangles)
 
     def _by_mesh(self, wanted: frozenset[int]) -> list[list[int]]:
         groups: dict[_Key, list[int]] = {}
@@ -136,18 +136,18 @@ class Occluders:
 
     def _add_copy(self, scene: TraceScene, instance: Instance, origin: Doubles) -> int:
         """In the flat tree; returns its number."""
-        copy, through = placed(instance, origin), Through(instance.cutout, self._front_only)
+        copy, ray_filter = world_mesh(instance, origin), RayFilter(instance.cutout, self._options.front_only)
         if instance.cutout is not None and mirrors(instance):  # corners have changed places
             swapped = np.ascontiguousarray(instance.cutout.uv[:, [0, 2, 1]])
-            through = replace(through, cutout=replace(instance.cutout, uv=swapped))
-        return scene.add(copy.vertices, copy.triangles, through)
+            ray_filter = replace(ray_filter, cutout=replace(instance.cutout, uv=swapped))
+        return scene.add(copy.vertices, copy.triangles, ray_filter)
 
     def _add_instances(
-        self, scene: TraceScene, first: Instance, uses: list[int], origin: Doubles, progress: Progress
+        self, scene: TraceScene, first: Instance, uses: list[int], origin: Doubles, control: Control | None
     ) -> None:
         if _key(first) not in self._geometries:
-            through = Through(first.cutout, self._front_only)
-            self._geometries[_key(first)] = _centred(self._device, first.mesh, through, progress)
+            ray_filter = RayFilter(first.cutout, self._options.front_only)
+            self._geometries[_key(first)] = _centred(self._device, first.mesh, ray_filter, control)
         geometry, centre = self._geometries[_key(first)]
         matrices = np.array([self._instances[i].matrix for i in uses])
         matrices[:, :3, 3] += matrices[:, :3, :3] @ centre - origin
@@ -159,11 +159,11 @@ def _key(instance: Instance) -> _Key:
     return id(instance.mesh), id(instance.cutout)
 
 
-def _centred(device: Device, mesh: Mesh, through: Through, progress: Progress) -> tuple[Geometry, Doubles]:
+def _centred(device: Device, mesh: Mesh, ray_filter: RayFilter, control: Control | None) -> tuple[Geometry, Doubles]:
     """The mesh about the middle of its own box, and that middle."""
     centre: Doubles = np.mean(mesh.box, axis=0)
     vertices: Floats = (mesh.vertices - centre).astype(np.float32)
-    return Geometry(device, vertices, mesh.triangles, progress.control, through), centre
+    return Geometry(device, vertices, mesh.triangles, control, ray_filter), centre
 
 
 def _is_same(instance: Instance, target: Instance) -> bool:

@@ -1,5 +1,5 @@
 """What a bake is given: meshes and their places in the world, what materials do to light and normals, the ground."""
 
-from .scene import Camera, Highs, Instance, Mesh, Placed, Scene
+from .scene import Camera, HighPoly, Instance, Mesh, Scene
 
-__all__ = ["Camera", "Highs", "Instance", "Mesh", "Placed", "Scene"]
+__all__ = ["Camera", "HighPoly", "Instance", "Mesh", "Scene"]

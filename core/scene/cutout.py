@@ -1,6 +1,6 @@
 """Where an occluder's material lets light through: leaves on cards, fences, nets.
 
-A material cuts a surface by a picture of its opacity, laid over the triangles by UVs, or by one value. A ray that hits
+A material cuts a surface by a texture of its opacity, laid over the triangles by UVs, or by one value. A ray that hits
 a triangle is let on with what is left: 1 - opacity, layer after layer.
 """
 
@@ -11,20 +11,17 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Flags, Floats, Ints, Longs
 from ..base.errors import InputError
-from .image_texture import Picture, Wrap, sampled
-from .scene import Floats, Ints
+from .image_texture import ImageTexture, Wrap, sampled
 
-OPAQUE = -1  # in the place of a picture's number
-
-_Flags = NDArray[np.bool_]
+OPAQUE = -1  # in the place of a texture's number
 
 
 @dataclass(frozen=True, eq=False)
-class Alpha(Picture):
-    """A picture of opacity, (h, w) values from 0, clear, to 1, opaque.
+class Alpha(ImageTexture):
+    """A texture of opacity, (h, w) values from 0, clear, to 1, opaque.
 
     Raises InputError for values that are no picture or not from 0 to 1.
     """
@@ -44,7 +41,7 @@ class Alpha(Picture):
     def holes(self) -> Ints:
         """(h' + 1, w' + 1) int32: how many texels that are not opaque lie below and left of each corner between texels.
 
-        Rows go up, as v does. The picture is one that repeats or, with CLIP and EXTEND, is never left: mirrored ones
+        Rows go up, as v does. The texture is one that repeats or, with CLIP and EXTEND, is never left: mirrored ones
         are doubled, and clipped ones have a clear edge one texel wide.
         """
         open_texels = self.values[::-1] < 1.0
@@ -94,12 +91,12 @@ def opacity(cutout: Cutout, triangle: Ints, weights: Floats) -> Floats:
 
 
 def simplified(cutout: Cutout) -> Cutout | None:
-    """The same with every triangle marked opaque that lets light through nowhere, and without pictures that then cover
+    """The same with every triangle marked opaque that lets light through nowhere, and without textures that then cover
     none. None where all triangles are opaque."""
     alpha = np.where(_finite(cutout), cutout.alpha, np.int32(OPAQUE))
-    for number, picture in enumerate(cutout.alphas):
+    for number, texture in enumerate(cutout.alphas):
         here = np.flatnonzero(alpha == number)
-        alpha[here[_opaque_under(picture, cutout.uv[here])]] = OPAQUE
+        alpha[here[_opaque_under(texture, cutout.uv[here])]] = OPAQUE
     used = np.unique(alpha[alpha != OPAQUE])
     if len(used) == 0:
         return None
@@ -108,14 +105,14 @@ def simplified(cutout: Cutout) -> Cutout | None:
     return replace(cutout, alphas=[cutout.alphas[i] for i in used], alpha=numbers[alpha])
 
 
-def _finite(cutout: Cutout) -> _Flags:
+def _finite(cutout: Cutout) -> Flags:
     """(T,) bool."""
-    finite: _Flags = np.isfinite(cutout.uv).all(axis=(1, 2))
+    finite: Flags = np.isfinite(cutout.uv).all(axis=(1, 2))
     return finite
 
 
-def _opaque_under(alpha: Alpha, uv: Floats) -> _Flags:
-    """(N,) bool: triangles with (N, 3, 2) UVs under whose box in the picture all texels are opaque.
+def _opaque_under(alpha: Alpha, uv: Floats) -> Flags:
+    """(N,) bool: triangles with (N, 3, 2) UVs under whose box in the texture all texels are opaque.
 
     The number of texels that are not comes from four corners of `holes`, a summed-area table (Crow, Summed-area tables
     for texture mapping, 1984).
@@ -128,11 +125,11 @@ def _opaque_under(alpha: Alpha, uv: Floats) -> _Flags:
         for top in (False, True):
             x, y = (high if right else low)[:, 0], (high if top else low)[:, 1]
             count += (1 if right == top else -1) * _below(alpha.holes, x, y)
-    none: _Flags = count == 0
+    none: Flags = count == 0
     return none
 
 
-def _boxes(alpha: Alpha, uv: Floats) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _boxes(alpha: Alpha, uv: Floats) -> tuple[Longs, Longs]:
     """Each triangle's box in whole texels of `holes`: (N, 2) from and (N, 2) up to, exclusive.
 
     A texel wider on all sides than rays can reach, since they find their places in float32.
@@ -152,10 +149,10 @@ def _boxes(alpha: Alpha, uv: Floats) -> tuple[NDArray[np.int64], NDArray[np.int6
     return low.astype(np.int64), (low + span).astype(np.int64)
 
 
-def _below(holes: Ints, x: NDArray[np.int64], y: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(N,) int64: the holes between 0 and (x, y) of a picture that repeats."""
+def _below(holes: Ints, x: Longs, y: Longs) -> Longs:
+    """(N,) int64: the holes between 0 and (x, y) of a texture that repeats."""
     height, width = holes.shape[0] - 1, holes.shape[1] - 1
     (across, x), (up, y) = np.divmod(x, width), np.divmod(y, height)
     whole = across * up * np.int64(holes[-1, -1])
-    count: NDArray[np.int64] = whole + across * holes[y, -1] + up * holes[-1, x] + holes[y, x]
+    count: Longs = whole + across * holes[y, -1] + up * holes[-1, x] + holes[y, x]
     return count

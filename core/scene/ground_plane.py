@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .scene import Instance, Mesh, bounds_of
+from .scene import Instance, Mesh
+from .world_mesh import bounds_of
 
 NAME = "Occlusion Bake Ground"
 _GAP = 1e-4  # of the diagonal of what stands on it: faces that lie on the ground see it, and are dark

@@ -6,17 +6,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Floats, Ints, Longs
 from ..base.errors import InputError
-from ..rays.accumulators import Counts
 from ..rays.kernel_api import Control
 from ..rays.map_spec import reflection
-from ..rays.tracer import Rays, TraceScene, trace_cells, trace_texels
-from ..scene.scene import Floats, Ints, Placed
-from ..spherical.directional_format import Code, encode, rebuild
+from ..rays.texel_surface import TexelSurface
+from ..rays.trace_scene import TraceScene
+from ..rays.tracer import TraceOptions, trace_cells, trace_texels
+from ..spherical.directional_format import DirectionalFormat, encode, rebuild
 from ..texels.rasterize import in_bands
-from ..texels.tangent_space import Texture, world_tangents
+from ..texels.tangent_space import TexelFrames, world_tangents
 from . import probes
 from .probes import Error
 
@@ -28,66 +28,65 @@ _TILE = 8  # texels along the side of what is traced together
 
 
 @dataclass(frozen=True)
-class Coding:
+class DirectionalSettings:
     """A code, and the rays of each texel that it is made of: a power of two. Raises InputError for another number."""
 
-    code: Code
+    format: DirectionalFormat
     rays: int = FEWEST_RAYS
 
     def __post_init__(self) -> None:
         if not FEWEST_RAYS <= self.rays <= MOST_RAYS or self.rays & (self.rays - 1):
             raise InputError(
-                f"{self.code.name} by {self.rays} rays: give a power of two from {FEWEST_RAYS} to {MOST_RAYS}"
+                f"{self.format.name} by {self.rays} rays: give a power of two from {FEWEST_RAYS} to {MOST_RAYS}"
             )
 
 
 @dataclass(frozen=True, eq=False)
-class Coder:
-    """What codes are traced in. rays: how, by what seed; their number is the coding's."""
+class DirectionalBaker:
+    """What codes are traced in. options: how, by what seed; their number of rays is the settings'."""
 
     scene: TraceScene
-    surface: Placed
-    owner: Ints
-    texture: Texture
-    rays: Rays
+    surface: TexelSurface
+    frames: TexelFrames
+    options: TraceOptions
 
     def values(
-        self, coding: Coding, enter: Callable[[float, float], Control]
-    ) -> Iterator[tuple[NDArray[np.int64], Floats]]:
+        self, settings: DirectionalSettings, enter: Callable[[float, float], Control]
+    ) -> Iterator[tuple[Longs, Floats]]:
         """Texels, y · W + x, and their codes, (N, count) float32, band by band.
 
         enter: called before each, with the shares of all that are done before and after it, for its kernel call's
         control. Raises InputError without tangents, Cancelled.
         """
-        texels = _by_tile(self.owner)
+        texels = _by_tile(self.surface.owner)
         for number, these in enumerate(in_bands(texels, _BAND)):
             before = number * _BAND
             control = enter(before / len(texels), (before + len(these)) / len(texels))
-            tangents = world_tangents(self.texture.frames(these), self.texture.target.matrix)
-            how = replace(self.rays, count=coding.rays, seed=self.rays.seed + number * _BAND)
-            cells = trace_cells(self.scene, self.surface, self.owner, these, tangents, _SIDE, how, control=control)
-            yield these, encode(cells, coding.code)
+            tangents = world_tangents(self.frames.frames(these), self.frames.target.matrix)
+            how = replace(self.options, count=settings.rays, seed=self.options.seed + number * _BAND)
+            cells = trace_cells(self.scene, self.surface, these, tangents, _SIDE, how, control=control)
+            yield these, encode(cells, settings.format)
 
-    def error(self, values: Floats, coding: Coding, seed: int) -> Error:
+    def error(self, values: Floats, settings: DirectionalSettings, seed: int) -> Error:
         """That of RO about the normal, rebuilt at the told exponent from (H, W, count) values."""
-        covered = self.owner >= 0
-        texels, weight = probes.place(np.zeros(self.owner.shape, dtype=np.float32), covered, seed)
-        estimator, draws = reflection(TOLD_EXPONENT), iter(range(2))
+        shape = self.surface.owner.shape
+        texels, weight = probes.place(np.zeros(shape, dtype=np.float32), self.surface.covered, seed)
+        spec, draws = reflection(TOLD_EXPONENT), iter(range(2))
 
-        def trace(listed: NDArray[np.int64], rays: int) -> Floats:
-            how = replace(self.rays, count=rays, seed=seed + 1 + next(draws))
-            return trace_texels(self.scene, self.surface, self.owner, listed, (estimator,), how)
+        def trace(listed: Longs, rays: int) -> Floats:
+            how = replace(self.options, count=rays, seed=seed + 1 + next(draws))
+            return trace_texels(self.scene, self.surface, listed, (spec,), how)
 
         lane_rays = probes.rays_for(0.02)
-        probed = probes.draw(texels, weight, lane_rays, trace, Counts.VISIBILITY.totals)
-        rebuilt = np.zeros(self.owner.shape, dtype=np.float32)
-        at = values.reshape(-1, coding.code.count)[probed.texels]
+        probed = probes.draw(texels, weight, lane_rays, trace, spec.accumulator.totals)
+        rebuilt = np.zeros(shape, dtype=np.float32)
+        at = values.reshape(-1, settings.format.count)[probed.texels]
         upright = np.repeat(np.array([[0.0, 0.0, 1.0]]), len(at), axis=0)
-        rebuilt.reshape(-1)[probed.texels] = rebuild(at, coding.code, upright, TOLD_EXPONENT)
+        rebuilt.reshape(-1)[probed.texels] = rebuild(at, settings.format, upright, TOLD_EXPONENT)
         return probed.error(rebuilt)
 
 
-def _by_tile(owner: Ints) -> NDArray[np.int64]:
+def _by_tile(owner: Ints) -> Longs:
     """Owned texels, those of a tile one after the other: their rays run side by side."""
     texels = np.flatnonzero(owner >= 0)
     y, x = np.divmod(texels, owner.shape[1])

@@ -10,13 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..rays.accumulators import Counts, directions
-from ..scene.scene import Doubles, Floats
+from ..base.arrays import Doubles, Flags, Floats, Longs, Reals
+from ..rays.accumulators import Accumulator, directions
 
 MOST, FEWEST, SHARE = 4096, 256, 4  # probes: one texel of SHARE, but between these, and no more than there are
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
@@ -25,7 +23,7 @@ _MOST_DOUBT = 0.1  # of a wanted square
 _BAND = 1 << 20  # texels that are looked at together when probes are placed: bounds the memory
 
 # Texels and rays each → sums, by other rays at each call: (images, N) float32.
-Trace = Callable[[NDArray[np.int64], int], Floats]
+Trace = Callable[[Longs, int], Floats]
 Totals = Callable[[Floats, int], Floats]  # images of sums over so many rays → rows of values times the rays
 
 
@@ -58,7 +56,7 @@ class Probes:
     """texels: (N,) int64, y · W + x. weight: (N,) float64, 1 on average over the texels. first, second: (R, N) float64,
     the two estimates of each of the map's rows. rays: of each lane."""
 
-    texels: NDArray[np.int64]
+    texels: Longs
     weight: Doubles
     first: Doubles
     second: Doubles
@@ -68,10 +66,10 @@ class Probes:
         """The error of a finished map, (H, W) float32, its first row."""
         return self._error(values[np.newaxis], slice(0, 1))
 
-    def error_of_more(self, rows: Floats, counts: Counts) -> Error:
+    def error_of_more(self, rows: Floats, accumulator: Accumulator) -> Error:
         """That of all rows after the first, (R - 1, H, W) float32, together: the length of the difference, of bent
         directions at unit length. Of these each counts by its AO: what is closed has no direction."""
-        if counts is not Counts.BENT:
+        if accumulator is not Accumulator.BENT:
             return self._error(rows, slice(1, None))
         estimates = (np.concatenate([each[:1], directions(each[1:])]) for each in (self.first, self.second))
         open_share = 0.5 * (self.first[0] + self.second[0])
@@ -80,7 +78,7 @@ class Probes:
         told = replace(self, first=next(estimates), second=next(estimates), weight=self.weight * open_share)
         return told._error(directions(rows), slice(1, None))
 
-    def _error(self, rows: NDArray[np.floating[Any]], which: slice) -> Error:
+    def _error(self, rows: Reals, which: slice) -> Error:
         if not len(self.texels):
             return Error(0.0, 0.0, 0.0)
         there = rows.reshape(len(rows), -1)[:, self.texels].astype(np.float64)
@@ -105,7 +103,7 @@ def how_many(texels: int) -> int:
     return min(max(texels // SHARE, FEWEST), MOST, texels)
 
 
-def place(expected: Floats, covered: NDArray[np.bool_], seed: int) -> tuple[NDArray[np.int64], Doubles]:
+def place(expected: Floats, covered: Flags, seed: int) -> tuple[Longs, Doubles]:
     """Choose texels to probe, half of them evenly and half by the expected squared error; texels and weights.
 
     expected: (H, W) float32. Stratified: one texel from each of equal shares of the image, along its rows.
@@ -152,7 +150,7 @@ def rays_within(budget: float, count: int) -> int:
     return 1 << int(math.log2(min(max(rays, 1.0), MOST_LANE_RAYS)))
 
 
-def draw(texels: NDArray[np.int64], weight: Doubles, rays: int, trace: Trace, totals: Totals) -> Probes:
+def draw(texels: Longs, weight: Doubles, rays: int, trace: Trace, totals: Totals) -> Probes:
     """Trace the probes, `rays` a lane. Those that turn out to face away from the camera are dropped."""
     listed = np.repeat(texels, LANES)
     images = [each.reshape(len(each), -1, LANES).astype(np.float64) for each in (trace(listed, rays) for _ in range(2))]

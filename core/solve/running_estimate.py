@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..scene.scene import Floats
+from ..base.arrays import Flags, Floats
 
 # The variance of a texel's N rays falls as N^-1.5: they are a scrambled net, and the integrand has edges.
 _RATE = 1.5
@@ -28,7 +27,7 @@ _ONE_RAY = 0.25
 
 
 @dataclass(eq=False)
-class Estimate:
+class RunningEstimate:
     """One map so far. Where a texel's rays go on depends on what they found so far, which biases its value by a little;
     the probes measure that with all else. All images are (H, W) float32, 0 where there are no rays.
 
@@ -42,12 +41,12 @@ class Estimate:
     unit: int
 
     @classmethod
-    def empty(cls, shape: tuple[int, ...], unit: int) -> Estimate:
+    def empty(cls, shape: tuple[int, ...], unit: int) -> RunningEstimate:
         """Before the first round. unit: the rays of a texel in it."""
         value, precision, noise = (np.zeros(shape, dtype=np.float32) for _ in range(3))
         return cls(value, precision, noise, unit)
 
-    def add(self, total: Floats, first_half: Floats, rays: int, where: NDArray[np.bool_]) -> None:
+    def add(self, total: Floats, first_half: Floats, rays: int, where: Flags) -> None:
         """Take in a round: sums over each texel's rays and over the first half of them, for the texels `where`."""
         more = np.float32((rays / self.unit) ** _RATE)
         value, noise = total * np.float32(1.0 / rays), _noise(total, first_half, rays) * more

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..rays.accumulators import Counts
-from ..rays.kernel_api import Control
-from ..scene.scene import Doubles, Floats, Ints
+from ..base.arrays import Doubles, Flags, Floats, Ints
+from ..base.errors import InputError
 from . import probes
 from .probes import Error, Probes
-from .running_estimate import Estimate
-from .surface_filter import Field
+from .ray_source import RaySource
+from .running_estimate import RunningEstimate
 
 BLOCK = 4  # texels along a side of the blocks that get rays together: a packet's sixteen
 # Rays of the first round: about what brings a smooth scene to the error asked for, as measured on the samples. With the
@@ -26,6 +25,8 @@ GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, ove
 # How fast squared errors fall with the rays: as their power of -1.5 where noise makes them, of -1 where the filter
 # blurs detail. Which it is, the rounds before tell; a filtered map is taken for the second before it has had two.
 _FASTEST, _SLOWEST = 1.5, 1.0
+MAX_RAYS = 1 << 20  # of a texel
+LEAST_ERROR, MOST_ERROR = 1e-5, 0.5
 MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
@@ -34,23 +35,34 @@ _EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: wh
 _PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
 _DOUBTED = 0.25  # of a measured square may be its doubt, or it is measured again by twice the rays
 
-# Traces each owned texel's rays, others at each call: owner (H, W), rays → the map's rows times the rays
-# (accumulators.py), over all and over the first half, (R, H, W) float32; -1 where a texel faces away.
-TraceRound = Callable[[Ints, int], tuple[Floats, Floats]]
-
 
 @dataclass(frozen=True)
 class Goal:
-    """rays: of every texel; or error: the RMSE to reach, with as many rays as it takes. filtered: by the filter."""
+    """How far to go. rays: of every texel and map; error: the RMSE to reach instead, with as many rays as that takes.
+    filtered: by the filter that knows the surface; None: where an error is asked for.
+
+    Raises InputError, one line, for a value out of range.
+    """
 
     rays: int = 64
     error: float | None = None
-    filtered: bool = False
+    filtered: bool | None = None
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.rays <= MAX_RAYS:
+            raise InputError(f"rays {self.rays}: give 1 to {MAX_RAYS}")
+        if self.error is not None and not LEAST_ERROR <= self.error <= MOST_ERROR:
+            raise InputError(f"error {self.error:g}: give an RMSE of {LEAST_ERROR:g} to {MOST_ERROR:g}, e.g. 0.004")
+
+    @property
+    def filters(self) -> bool:
+        """Whether the filter is used."""
+        return self.error is not None if self.filtered is None else self.filtered
 
     @property
     def plain(self) -> bool:
         """Whether all is done after one round of rays."""
-        return self.error is None and not self.filtered
+        return self.error is None and not self.filters
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +72,7 @@ class Solved:
     was reached. more: (R - 1, H, W) float32, the other rows, and more_error theirs together."""
 
     values: Floats
-    covered: NDArray[np.bool_]
+    covered: Flags
     error: Error
     rays: int
     met: bool = True
@@ -68,40 +80,24 @@ class Solved:
     more_error: Error | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Means:
-    """How a map gets what it needs. trace: rounds of rays. probe: rays of listed texels. counts: what is summed up of
-    them. field: built when first asked for. enter: begins a stage of the work, and gives its control. show: takes the
-    map as it is after a round."""
-
-    trace: TraceRound
-    probe: probes.Trace
-    counts: Counts
-    field: Callable[[], Field]
-    enter: Callable[[str], Control | None]
-    show: Callable[[Floats], None] = lambda values: None
-
-
 def first_rays(goal: Goal) -> int:
     """Rays of each texel in the first round."""
     if goal.error is None:
         return goal.rays
-    known, power = _FILTERED if goal.filtered else _PLAIN
+    known, power = _FILTERED if goal.filters else _PLAIN
     rays = 16.0 * (known / goal.error) ** power
-    rays = min(rays, MOST_FIRST_RAYS) if goal.filtered else min(rays / 4.0, MOST_FIRST_RAYS / 4)
+    rays = min(rays, MOST_FIRST_RAYS) if goal.filters else min(rays / 4.0, MOST_FIRST_RAYS / 4)
     return 1 << round(math.log2(max(rays, FEWEST_FIRST_RAYS)))
 
 
 def _likely_error(goal: Goal) -> float:
     """The error asked for, or that of so many rays."""
-    known, power = _FILTERED if goal.filtered else _PLAIN
+    known, power = _FILTERED if goal.filters else _PLAIN
     return goal.error or known * (16.0 / goal.rays) ** (1.0 / power)
 
 
-def solve(
-    opening: tuple[Floats, Floats | None], owner: Ints, goal: Goal, exponent: float, seed: int, means: Means
-) -> Solved:
-    """Solve one map. opening: the first round, as `TraceRound` gives it, of `first_rays` rays; the half of it may be
+def solve(opening: tuple[Floats, Floats | None], owner: Ints, goal: Goal, seed: int, source: RaySource) -> Solved:
+    """Solve one map. opening: the first round, as the source traces one, of `first_rays` rays; the half of it may be
     None where neither an error nor the filter is asked for. Its first row decides where rays go.
 
     Texels that face away from the camera (a sum of -1) are not covered. A map without any covered texel has error 0.
@@ -111,32 +107,32 @@ def solve(
     if goal.plain:
         count = int(np.count_nonzero(covered))
         values, *more = (np.where(covered, row / np.float32(goal.rays), np.float32(0.0)) for row in opening[0])
-        probed, error = _measure(values, np.zeros_like(values), covered, goal, seed, means, goal.rays * count)
-        return _with_more(Solved(values, covered, error, count * goal.rays), more, probed, means)
-    rounds = _Rounds(owner, covered, goal, exponent, means)
+        probed, error = _measure(values, np.zeros_like(values), covered, goal, seed, source, goal.rays * count)
+        return _with_more(Solved(values, covered, error, count * goal.rays), more, probed, source)
+    rounds = AdaptiveSampler(owner, covered, goal, source)
     rounds.open(opening)
     del opening  # as large as the image
-    probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, means, rounds.rays)
+    probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, source, rounds.rays)
     while goal.error is not None and not error.within(goal.error) and rounds.go_on(probed, error):
-        probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, means, rounds.rays, probed)
+        probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, source, rounds.rays, probed)
     met = goal.error is None or error.within(goal.error) or error.rmse <= goal.error
-    return _with_more(Solved(rounds.values, covered, error, rounds.rays, met), rounds.more(), probed, means)
+    return _with_more(Solved(rounds.values, covered, error, rounds.rays, met), rounds.more(), probed, source)
 
 
-def _with_more(solved: Solved, rows: Sequence[Floats], probed: Probes, means: Means) -> Solved:
+def _with_more(solved: Solved, rows: Sequence[Floats], probed: Probes, source: RaySource) -> Solved:
     if not rows:
         return solved
     more: Floats = np.stack(rows)
-    return replace(solved, more=more, more_error=probed.error_of_more(more, means.counts))
+    return replace(solved, more=more, more_error=probed.error_of_more(more, source.spec.accumulator))
 
 
 def _measure(
     values: Floats,
     expected: Floats,
-    covered: NDArray[np.bool_],
+    covered: Flags,
     goal: Goal,
     seed: int,
-    means: Means,
+    source: RaySource,
     traced: int,
     before: Probes | None = None,
 ) -> tuple[Probes, Error]:
@@ -145,28 +141,29 @@ def _measure(
     rays = max(probes.rays_for(_likely_error(goal)), probes.rays_within(_PROBED * traced, count))
     probed = before
     if probed is None or rays >= 2 * probed.rays:
-        means.enter("measuring the error")
-        probed = probes.draw(*probes.place(expected, covered, seed), rays, means.probe, means.counts.totals)
+        source.enter("measuring the error")
+        probed = probes.draw(*probes.place(expected, covered, seed), rays, source.probe, source.spec.accumulator.totals)
     error = probed.error(values)
     if error.doubt > _DOUBTED * error.square and probed.rays < probes.MOST_LANE_RAYS:  # it is far below the goal
-        probed = probes.draw(probed.texels, probed.weight, 2 * probed.rays, means.probe, means.counts.totals)
+        probed = probes.draw(
+            probed.texels, probed.weight, 2 * probed.rays, source.probe, source.spec.accumulator.totals
+        )
         error = probed.error(values)
     return probed, error
 
 
-class _Rounds:
+class AdaptiveSampler:
     """One map's rounds. values, expected: (H, W) float32, the map and the square of its error so far, as the filter
     expects it."""
 
-    def __init__(self, owner: Ints, covered: NDArray[np.bool_], goal: Goal, exponent: float, means: Means) -> None:
-        self._owner, self._covered, self._goal, self._means = owner, covered, goal, means
-        self._exponent = exponent
+    def __init__(self, owner: Ints, covered: Flags, goal: Goal, source: RaySource) -> None:
+        self._owner, self._covered, self._goal, self._source = owner, covered, goal, source
         self._texels = _block_sums(covered.astype(np.float32))
         self._rays = np.full(self._texels.shape, first_rays(goal))  # of each texel, by block
-        self._estimate = Estimate.empty(owner.shape, first_rays(goal))
-        self._more: list[Estimate] = []
+        self._estimate = RunningEstimate.empty(owner.shape, first_rays(goal))
+        self._more: list[RunningEstimate] = []
         self._round = 0
-        self._rate = _SLOWEST if goal.filtered else _FASTEST
+        self._rate = _SLOWEST if goal.filters else _FASTEST
         self._before: tuple[int, float] | None = None  # rays and squared error before the last round
         self.values = self.expected = np.zeros(owner.shape, dtype=np.float32)
 
@@ -179,7 +176,7 @@ class _Rounds:
         """Take in the first round, of every texel."""
         total, first = opening
         assert first is not None
-        self._more = [Estimate.empty(self._owner.shape, first_rays(self._goal)) for _ in total[1:]]
+        self._more = [RunningEstimate.empty(self._owner.shape, first_rays(self._goal)) for _ in total[1:]]
         self._add(total, first, first_rays(self._goal), self._covered)
         self._filter()
 
@@ -187,7 +184,7 @@ class _Rounds:
         """The other rows, which had the same rays."""
         return [self._filtered(each)[0] for each in self._more]
 
-    def _add(self, total: Floats, first: Floats, rays: int, where: NDArray[np.bool_]) -> None:
+    def _add(self, total: Floats, first: Floats, rays: int, where: Flags) -> None:
         for estimate, *row in zip((self._estimate, *self._more), total, first, strict=True):
             estimate.add(row[0], row[1], rays, where)
 
@@ -203,7 +200,7 @@ class _Rounds:
             return False
         for rays in np.unique(extra[extra > 0]):
             where = _unblocked(extra == rays, self._owner.shape) & self._covered
-            total, first = self._means.trace(np.where(where, self._owner, -1), int(rays))
+            total, first = self._source.trace(np.where(where, self._owner, -1), int(rays))
             self._add(total, first, int(rays), where & (total[0] >= 0.0))  # some may face away this time
         self._rays += extra
         self._filter()
@@ -212,7 +209,7 @@ class _Rounds:
     def _learn_rate(self, error: Error) -> None:
         """How fast the error of a filtered map falls, from what the last round did to it."""
         square = max(error.square, error.doubt)
-        if self._before is not None and self._goal.filtered:
+        if self._before is not None and self._goal.filters:
             rays, before = self._before
             seen = math.log(before / square) / math.log(self.rays / rays)
             self._rate = min(max(seen, _SLOWEST), _FASTEST)
@@ -220,14 +217,17 @@ class _Rounds:
 
     def _filter(self) -> None:
         self.values, self.expected = self._filtered(self._estimate)
-        self._means.show(self.values)
+        self._source.show(self.values)
 
-    def _filtered(self, estimate: Estimate) -> tuple[Floats, Floats]:
-        field = self._means.field()
-        control = self._means.enter("filtering")
-        values, expected = field.filter(
-            *(estimate.value, estimate.noise, estimate.precision, self._exponent),
-            plain=not self._goal.filtered,
+    def _filtered(self, estimate: RunningEstimate) -> tuple[Floats, Floats]:
+        surface_filter = self._source.filter
+        control = self._source.enter("filtering")
+        values, expected = surface_filter.filter(
+            estimate.value,
+            estimate.noise,
+            estimate.precision,
+            self._source.spec.exponent,
+            plain=not self._goal.filters,
             control=control,
         )
         for image in (values, expected):
@@ -291,6 +291,6 @@ def _block_sums(image: Floats) -> Doubles:
     return sums
 
 
-def _unblocked(blocks: NDArray[np.bool_], shape: tuple[int, ...]) -> NDArray[np.bool_]:
+def _unblocked(blocks: Flags, shape: tuple[int, ...]) -> Flags:
     """The texels of the marked blocks, (H, W) bool."""
     return blocks.repeat(BLOCK, axis=0).repeat(BLOCK, axis=1)[: shape[0], : shape[1]]

@@ -1,7 +1,7 @@
 """The filter that knows the surface: texels near one another on it, and local regression over them.
 
 Neighbours are found in space, so they reach across the seams of charts, and not round an edge, through a wall or onto
-another sheet. What the filter does stands in kernel/src/smooth_code.h.
+another sheet. What the filter does stands in kernel/src/surface_filter_code.h.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..base.arrays import Floats
 from ..rays import kernel_api as api
-from ..rays.tracer import describe_surface, pointer_to
-from ..scene.scene import Floats, Ints, Placed
-from ..texels.rasterize import surface_points
+from ..rays.texel_surface import TexelSurface
 
 # Weights fall as exp(-sharpness (1 - cos)) of the angle between normals: to a third at 10 degrees, to nothing at a
 # crease of 30. Lobes narrower than that turn with the normal, and are compared as narrowly.
@@ -28,25 +27,17 @@ MOST_TEXELS = 1 << 23
 _SAMPLED = 16  # one row and column in so many tells where the texels lie
 
 
-class Field:
-    """The texels of one surface in one image. owner: (H, W) int32, the triangle that owns each, -1 none; kept, as the
-    surface is. most: texels that are held at a time; of more the field is built anew, in parts, at each use.
+class SurfaceFilter:
+    """The neighbours of the texels of one surface, which is kept. most: texels that are held at a time; of more the
+    neighbours are found anew, in parts, at each use.
 
     Raises Cancelled, MemoryError.
     """
 
-    def __init__(
-        self,
-        surface: Placed,
-        owner: Ints,
-        *,
-        threads: int = 0,
-        most: int = MOST_TEXELS,
-        control: api.Control | None = None,
-    ) -> None:
-        self._surface, self._owner, self._threads = surface, owner, threads
-        self._slabs = _slabs(surface, owner, most, threads)
-        self._whole = _Part(surface, owner, None, threads, control) if self._slabs == [None] else None
+    def __init__(self, surface: TexelSurface, *, most: int = MOST_TEXELS, control: api.Control | None = None) -> None:
+        self._surface = surface
+        self._slabs = _slabs(surface, most)
+        self._whole = _Part(surface, None, control) if self._slabs == [None] else None
 
     def filter(
         self,
@@ -68,36 +59,38 @@ class Field:
         """
         filtered, error = value.copy(), np.zeros_like(value)
         images = (api.address(image, np.float32) for image in (value, noise, precision, filtered, error))
-        signal = api.Signal(*images, min(max(_SHARPNESS, exponent), _SHARPEST), int(plain), self._threads)
+        signal = api.Signal(*images, min(max(_SHARPNESS, exponent), _SHARPEST), int(plain), self._surface.threads)
         for slab in self._slabs:
-            part = self._whole or _Part(self._surface, self._owner, slab, self._threads, control)
-            api.check(api.library().ob_field_filter(part.handle, byref(signal), pointer_to(control)))
+            part = self._whole or _Part(self._surface, slab, control)
+            api.check(api.library().ob_filter_apply(part.handle, byref(signal), api.pointer_to(control)))
             del part  # before the next one is built
         return filtered, error
 
 
 class _Part:
-    """The kernel's field of one slab, or of all."""
+    """The kernel's filter of one slab, or of all."""
 
-    def __init__(
-        self, surface: Placed, owner: Ints, slab: api.Slab | None, threads: int, control: api.Control | None
-    ) -> None:
+    def __init__(self, surface: TexelSurface, slab: api.Slab | None, control: api.Control | None) -> None:
         self.handle = c_void_p()
-        described = describe_surface(surface, owner)
+        described = surface.described()
         where = None if slab is None else byref(slab)
         api.check(
-            api.library().ob_field_build(byref(described), where, threads, pointer_to(control), byref(self.handle))
+            api.library().ob_filter_build(
+                byref(described), where, surface.threads, api.pointer_to(control), byref(self.handle)
+            )
         )
-        api.release_with(self, "ob_field_free", self.handle)
+        api.release_with(self, "ob_filter_free", self.handle)
 
 
-def _slabs(surface: Placed, owner: Ints, most: int, threads: int) -> list[api.Slab | None]:
+def _slabs(surface: TexelSurface, most: int) -> list[api.Slab | None]:
     """Slabs across the longest axis, of about as many texels each; a None where all texels may be held at once."""
-    parts = -(-int(np.count_nonzero(owner >= 0)) // most)
+    parts = -(-int(np.count_nonzero(surface.covered)) // most)
     if parts <= 1:
         return [None]
-    sample = np.ascontiguousarray(owner[_SAMPLED // 2 :: _SAMPLED, _SAMPLED // 2 :: _SAMPLED])
-    places = surface_points(surface, sample, threads=threads)[0][sample >= 0]
+    sample = TexelSurface(
+        surface.mesh, np.ascontiguousarray(surface.owner[_SAMPLED // 2 :: _SAMPLED, _SAMPLED // 2 :: _SAMPLED])
+    )
+    places = sample.positions[sample.covered]
     places = places[np.isfinite(places).all(axis=1)]
     if not len(places):
         return [None]

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..scene.scene import Doubles
+from ..base.arrays import Doubles
 
 _BAND = 1 << 15  # directions at a time
 _PAD = 2

@@ -9,22 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arrays import Floats, Reals
 from ..base.errors import InputError
-from ..scene.scene import Floats
 from . import spherical_harmonics, visibility_mask
-from .hemisphere_cells import Ways, check_cells, check_side, coarser
+from .hemisphere_cells import check_cells, check_side, coarser
 
 Kind = Literal["sh", "mask", "cells"]
 _ENCODINGS: dict[int, type[np.unsignedinteger[Any]]] = {8: np.uint8, 16: np.uint16}
 
 
 @dataclass(frozen=True)
-class Code:
+class DirectionalFormat:
     """A kind of code. size: the degree of "sh", 1 to 6; the cells along a side of "mask" and "cells", 8 or 16.
 
     Raises InputError for a kind, degree or side that there is not.
@@ -54,20 +54,28 @@ class Code:
         return self.size**2 // 8 if self.kind == "mask" else self.size**2
 
 
-def channel_names(code: Code) -> list[str]:
+def named_format(name: str) -> DirectionalFormat:
+    """The format of a name, as sh_3. Raises InputError."""
+    kind, _, size = name.partition("_")
+    if kind not in get_args(Kind) or not size.isdigit():
+        raise InputError(f"--code {name}: no such code; give one as sh_3 or mask_16")
+    return DirectionalFormat(cast(Kind, kind), int(size))
+
+
+def channel_names(code: DirectionalFormat) -> list[str]:
     """The channels of a multi-channel EXR, in order: sh.00, sh.01, …; so the layer is the kind."""
     digits = len(str(code.count - 1))
     return [f"{code.kind}.{place:0{max(digits, 2)}d}" for place in range(code.count)]
 
 
-def ranges(code: Code) -> tuple[Floats, Floats]:
+def ranges(code: DirectionalFormat) -> tuple[Floats, Floats]:
     """The least and the greatest value of each number, (count,) float32 each: no bake gives any beyond."""
     if code.kind == "sh":
         return spherical_harmonics.bounds(code.size)
     return np.zeros(code.count, np.float32), np.full(code.count, 255.0 if code.kind == "mask" else 1.0, np.float32)
 
 
-def encode(cells: Floats, code: Code) -> Floats:
+def encode(cells: Floats, code: DirectionalFormat) -> Floats:
     """The code of (N, side, side) mean visibilities, side 8 or 16 and no fewer than the code's: (N, count) float32.
 
     Bytes of a mask are 0 to 255. Raises InputError where there are too few cells.
@@ -83,7 +91,7 @@ def encode(cells: Floats, code: Code) -> Floats:
     return fitting.reshape(len(cells), -1)
 
 
-def rebuild(values: Floats, code: Code, reflected: Ways, exponent: float) -> Floats:
+def rebuild(values: Floats, code: DirectionalFormat, reflected: Reals, exponent: float) -> Floats:
     """RO from codes (N, count) and unit R in the texels' frames, (N, 3): (N,) float32. See `harmonics` and `masks`.
 
     Raises InputError for another number of values than the code's, or an exponent below 0.
@@ -97,7 +105,7 @@ def rebuild(values: Floats, code: Code, reflected: Ways, exponent: float) -> Flo
     return visibility_mask.rebuild(values.reshape(-1, code.size, code.size), reflected, exponent)
 
 
-def to_images(values: Floats, code: Code, depth: int) -> list[NDArray[Any]]:
+def to_images(values: Floats, code: DirectionalFormat, depth: int) -> list[NDArray[Any]]:
     """(h, w, count) float32 → RGBA images, (h, w, 4) uint8 or uint16: channel c of the code is channel c mod 4 of image
     c div 4.
 
@@ -125,7 +133,7 @@ def in_fours(channels: NDArray[Any], left_over: float) -> Iterator[NDArray[Any]]
         yield np.pad(four, ((0, 0), (0, 0), (0, 4 - four.shape[2])), constant_values=left_over)
 
 
-def from_images(images: Sequence[NDArray[Any]], code: Code) -> Floats:
+def from_images(images: Sequence[NDArray[Any]], code: DirectionalFormat) -> Floats:
     """What `to_images` made, (h, w, 4) uint8 or uint16 each, back to (h, w, count) float32.
 
     Raises InputError for another number of images or type of array.
@@ -145,7 +153,7 @@ def from_images(images: Sequence[NDArray[Any]], code: Code) -> Floats:
     return values
 
 
-def _encoding(code: Code, depth: int) -> type[np.unsignedinteger[Any]]:
+def _encoding(code: DirectionalFormat, depth: int) -> type[np.unsignedinteger[Any]]:
     if depth not in _ENCODINGS:
         raise InputError(f"{code.name}: RGBA images cannot hold {depth} bits a channel; choose 8 or 16")
     return _ENCODINGS[depth]

@@ -12,12 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
+from ..base.arrays import Doubles, Floats, Reals
 from ..base.errors import InputError
-from ..scene.scene import Doubles, Floats
 from .equirectangular import averaged
-from .octahedral_map import Reals, block_sums, directions, middles, sample_weights, solid_angles
-from .prefilter import FarLight
-from .sampling_tables import Sampling, tables
+from .octahedral_map import block_sums, directions, middles, sample_weights, solid_angles
+from .prefilter import PrefilteredEnvironment
+from .sampling_tables import PiecewiseConstant2D, tables
 
 LARGEST_SIZE = 1024
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])  # ITU-R BT.709
@@ -46,15 +46,15 @@ class Environment:
         return luminance
 
     @cached_property
-    def sampling(self) -> Sampling:
+    def sampling(self) -> PiecewiseConstant2D:
         """How to draw directions in proportion to luminance; by solid angle where all is black."""
         angles = solid_angles(len(self.radiance))
         return tables(self.luminance * angles if self.luminance.any() else angles)
 
     @cached_property
-    def far_light(self) -> FarLight:
+    def prefiltered(self) -> PrefilteredEnvironment:
         """The same as points, for sums."""
-        return FarLight(self.radiance, self.luminance)
+        return PrefilteredEnvironment(self.radiance, self.luminance)
 
 
 def open_light(
@@ -66,7 +66,7 @@ def open_light(
     irradiance over π. threads 0: all. Returns (N, 3) float64; prefilter.py tells how exact it is. Many at a time are
     faster, about the normal above all.
     """
-    return environment.far_light.gathered(axes, normals, exponent, threads)
+    return environment.prefiltered.gathered(axes, normals, exponent, threads)
 
 
 def from_octahedral(radiance: Reals, n: int) -> Environment:

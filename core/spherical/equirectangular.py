@@ -7,9 +7,8 @@ by acos(z) / π, from the top, which is up.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..scene.scene import Doubles, Floats
+from ..base.arrays import Doubles, Flags, Floats, Ints
 from .octahedral_map import block_sums, cell_of, directions, middles, octahedral, sample_weights, solid_angles
 
 _BAND = 64  # rows of samples at a time
@@ -50,7 +49,7 @@ def averaged(pixels: Floats, luminance: Doubles, n: int, count: int, rotation: D
     return means
 
 
-def _pixels_met(shape: tuple[int, int], side: int, rotation: Doubles | None) -> NDArray[np.int32]:
+def _pixels_met(shape: tuple[int, int], side: int, rotation: Doubles | None) -> Ints:
     """(side, side) int32: the pixel, row · w + column, in the direction of each sample."""
     height, width = shape
     met = np.empty((side, side), dtype=np.int32)
@@ -64,7 +63,7 @@ def _pixels_met(shape: tuple[int, int], side: int, rotation: Doubles | None) -> 
     return met
 
 
-def _middles_of(which: NDArray[np.bool_], rotation: Doubles | None) -> Doubles:
+def _middles_of(which: Flags, rotation: Doubles | None) -> Doubles:
     """(N, 3) float64: the world directions of the middles of some pixels, (h, w) bool."""
     rows, columns = np.nonzero(which)
     polar = (rows + 0.5) / which.shape[0] * np.pi

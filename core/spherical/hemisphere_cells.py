@@ -9,15 +9,12 @@ square have the solid angle 2π / side², and a cell of a coarse grid is 2 × 2 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..base.arrays import Doubles, Floats, Longs, Reals
 from ..base.errors import InputError
-from ..scene.scene import Doubles, Floats
-
-Ways = NDArray[np.floating[Any]]  # unit directions
 
 SIDES = (8, 16)  # of the grids that are baked: 64 and 256 cells
 HEMISPHERE = 2.0 * np.pi
@@ -49,7 +46,7 @@ def directions(u: ArrayLike, v: ArrayLike) -> Doubles:
     return placed
 
 
-def square_of(ways: Ways) -> tuple[Doubles, Doubles]:
+def square_of(ways: Reals) -> tuple[Doubles, Doubles]:
     """The places (u, v), each (...) float64, of unit directions (..., 3); those below the horizon lie on the rim."""
     x, y, z = (np.asarray(ways[..., axis], dtype=np.float64) for axis in range(3))
     radius = np.sqrt(np.clip(1.0 - z, 0.0, 1.0))
@@ -62,11 +59,11 @@ def square_of(ways: Ways) -> tuple[Doubles, Doubles]:
     return 0.5 * (a + 1.0), 0.5 * (b + 1.0)
 
 
-def cell_of(ways: Ways, side: int) -> NDArray[np.int64]:
+def cell_of(ways: Reals, side: int) -> Longs:
     """Which cell each of (..., 3) unit directions falls into: row · side + column, the row along v."""
     u, v = square_of(ways)
     column, row = (np.clip((each * side).astype(np.int64), 0, side - 1) for each in (u, v))
-    which: NDArray[np.int64] = row * side + column
+    which: Longs = row * side + column
     return which
 
 
@@ -121,7 +118,7 @@ def _halves(side: int) -> tuple[Doubles, Doubles, Doubles]:
     return u, v, np.concatenate([weight, weight])
 
 
-def _from_middle(index: NDArray[np.int64], offset: Doubles, side: int) -> Doubles:
+def _from_middle(index: Longs, offset: Doubles, side: int) -> Doubles:
     """Places at an offset, in cells, from the edge of a cell that is nearer to the middle of the square."""
     outward = index >= side // 2
     place: Doubles = np.where(outward, index + offset, index + 1.0 - offset) / side

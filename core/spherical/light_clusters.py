@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.scene import Doubles, Floats
+from ..base.arrays import Doubles, Floats
 from .octahedral_map import block_sums, middles, on_octahedron, repeated, solid_angles
 
 
 @dataclass(frozen=True, eq=False)
-class LightPoints:
+class LightClusters:
     """energy: (P, 3) float64, radiance times solid angle. mean: (P, 3) float64, of its directions, shorter than 1.
     covariance: (P, 6) float64, of these: xx, yy, zz, xy, yz, zx. width: (P,) float64, the side of a square with it."""
 
@@ -27,12 +27,12 @@ class LightPoints:
     covariance: Doubles
     width: Doubles
 
-    def part(self, which: NDArray[Any]) -> LightPoints:
+    def part(self, which: NDArray[Any]) -> LightClusters:
         """Some of them, by indices or by whether."""
-        return LightPoints(self.energy[which], self.mean[which], self.covariance[which], self.width[which])
+        return LightClusters(self.energy[which], self.mean[which], self.covariance[which], self.width[which])
 
 
-def light_points(radiance: Floats, luminance: Doubles, side: int) -> LightPoints:
+def light_clusters(radiance: Floats, luminance: Doubles, side: int) -> LightClusters:
     """The light of an octahedral map, radiance (n, n, 3), luminance (n, n), in side × side points, less black ones."""
     finest = max(len(radiance), side)
     count = finest // len(radiance)
@@ -45,7 +45,7 @@ def light_points(radiance: Floats, luminance: Doubles, side: int) -> LightPoints
     mean = sums[:, :3]
     covariance = sums[:, 3:] - products(mean)
     variance = covariance[:, :3].sum(axis=1)  # of a square it is width² / 6
-    return LightPoints(energy, mean, covariance, np.sqrt(6.0 * np.maximum(variance, 1e-12)))
+    return LightClusters(energy, mean, covariance, np.sqrt(6.0 * np.maximum(variance, 1e-12)))
 
 
 def products(ways: Doubles) -> Doubles:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..scene.scene import Doubles, Floats
+from ..base.arrays import Doubles, Floats
 from .spherical_harmonics import basis, lobe_terms, orders
 
 DEGREE = 3
@@ -18,7 +18,7 @@ PADDED = SIDE + 2  # texels of a tile of `lobe_splines`
 _NEAREST = 0.03  # radians from the normal to which the sine can be divided out; nearer the integrals no longer change
 
 
-def lobe_image() -> Floats:
+def lobe_lut() -> Floats:
     """(SIDE, TILES · SIDE, 3) float32: terms f_lm by n·R along the rows and the lobe's width down them.
 
     Column i of a tile is n·R = i / (SIDE − 1), row j is √(2 / (e + 2)) = j / (SIDE − 1): 1 is exponent 0, 0 a mirror.
@@ -38,13 +38,13 @@ def lobe_image() -> Floats:
 
 
 def lobe_splines() -> Floats:
-    """(PADDED, TILES · PADDED, 3) float32: coefficients of the cubic B-splines through `lobe_image`, a tile each.
+    """(PADDED, TILES · PADDED, 3) float32: coefficients of the cubic B-splines through `lobe_lut`, a tile each.
 
     Sampled by a cubic B-spline, as shaders' bicubic filters are, they give the terms no less exactly. Texel i + 1 is
     above column i: one more on either side, which the filter takes in.
     """
     to_splines = _spline_matrix(SIDE)
-    tiles = np.stack(np.split(lobe_image().astype(np.float64), TILES, axis=1))
+    tiles = np.stack(np.split(lobe_lut().astype(np.float64), TILES, axis=1))
     splines = np.einsum("yj,xi,tjic->tyxc", to_splines, to_splines, tiles)
     image: Floats = np.concatenate(splines.astype(np.float32), axis=1)
     return image

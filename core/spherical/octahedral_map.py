@@ -11,14 +11,10 @@ diagonal that the fold takes, is two spherical triangles: solid angles are exact
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..scene.scene import Doubles
-
-Reals = NDArray[np.floating[Any]]
+from ..base.arrays import Doubles, Longs, Reals
 
 
 def octahedral(directions: Reals) -> Doubles:
@@ -44,10 +40,10 @@ def directions(points: Reals) -> Doubles:
     return unit
 
 
-def cell_of(points: Reals, n: int) -> NDArray[np.int64]:
+def cell_of(points: Reals, n: int) -> Longs:
     """The cell, row · n + column, that points of the square (..., 2) lie in: (...) int64."""
     along = np.clip(np.floor(0.5 * n * (np.asarray(points) + 1.0)).astype(np.int64), 0, n - 1)
-    cells: NDArray[np.int64] = along[..., 1] * n + along[..., 0]
+    cells: Longs = along[..., 1] * n + along[..., 0]
     return cells
 
 

@@ -18,13 +18,12 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Doubles, Floats, Longs, Reals
 from ..base.parallel import for_each
-from ..scene.scene import Doubles, Floats
 from .direction_table import SphereTable
-from .light_clusters import LightPoints, light_points, products
-from .octahedral_map import Reals, cell_of, octahedral
+from .light_clusters import LightClusters, light_clusters, products
+from .octahedral_map import cell_of, octahedral
 
 _COARSEST, _FINEST = 64, 1024  # points along the map's side; twice as many about the normal, where a table is made
 _POINTS = 8.0  # along the map's side, times the root of the exponent
@@ -37,13 +36,13 @@ _FEWEST_ROWS = 64
 _BRIGHT = 16.0  # times the mean of the points
 
 
-class FarLight:
+class PrefilteredEnvironment:
     """radiance: (n, n, 3), luminance: (n, n), of an octahedral map."""
 
     def __init__(self, radiance: Floats, luminance: Doubles) -> None:
         self._radiance, self._luminance = radiance, luminance
-        self._points: dict[int, LightPoints] = {}
-        self._tables: dict[float, tuple[LightPoints, SphereTable]] = {}
+        self._points: dict[int, LightClusters] = {}
+        self._tables: dict[float, tuple[LightClusters, SphereTable]] = {}
 
     def gathered(self, axes: Doubles, normals: Doubles, exponent: float, threads: int = 0) -> Doubles:
         """∫ L (e+1)/(2π) max(a·ω, 0)^e dω over the hemisphere of each normal: axes, normals (N, 3) → (N, 3) float64."""
@@ -56,14 +55,14 @@ class FarLight:
         bright, table = self._table(exponent, rows, threads)
         return table(axes) + _sums(bright, axes, axes, exponent, threads)
 
-    def _fit_for(self, exponent: float, least: int) -> LightPoints:
+    def _fit_for(self, exponent: float, least: int) -> LightClusters:
         finest = max(_FINEST, len(self._radiance))
         side = min(_power_of_two(_POINTS * np.sqrt(exponent), least), finest)
         if side not in self._points:
-            self._points[side] = light_points(self._radiance, self._luminance, side)
+            self._points[side] = light_clusters(self._radiance, self._luminance, side)
         return self._points[side]
 
-    def _table(self, exponent: float, rows: int, threads: int) -> tuple[LightPoints, SphereTable]:
+    def _table(self, exponent: float, rows: int, threads: int) -> tuple[LightClusters, SphereTable]:
         """The brightest points, and the table of the others, about the normal."""
         if exponent not in self._tables:
             points = self._fit_for(exponent, 2 * _COARSEST)
@@ -79,11 +78,11 @@ def _power_of_two(wanted: float, least: int) -> int:
     return max(least, 1 << int(np.ceil(np.log2(max(wanted, 1.0)))))
 
 
-def _sums(points: LightPoints, axes: Doubles, normals: Doubles, exponent: float, threads: int) -> Doubles:
+def _sums(points: LightClusters, axes: Doubles, normals: Doubles, exponent: float, threads: int) -> Doubles:
     """(N, 3) float64, whatever the number of threads."""
     light = np.zeros((len(axes), 3))
 
-    def gather(alike: NDArray[np.int64]) -> None:
+    def gather(alike: Longs) -> None:
         near = _reached(points, axes[alike], exponent)
         count = max(_TOGETHER // (len(near.width) + 1), 8)
         for start in range(0, len(alike), count):
@@ -95,7 +94,7 @@ def _sums(points: LightPoints, axes: Doubles, normals: Doubles, exponent: float,
     return light
 
 
-def _alike(axes: Doubles) -> Iterator[NDArray[np.int64]]:
+def _alike(axes: Doubles) -> Iterator[Longs]:
     """All indices, those of like axes together."""
     bins = cell_of(octahedral(axes), _BINS)
     order = np.argsort(bins, kind="stable")
@@ -103,7 +102,7 @@ def _alike(axes: Doubles) -> Iterator[NDArray[np.int64]]:
     return (order[start:end] for start, end in pairwise(ends) if start < end)
 
 
-def _reached(points: LightPoints, axes: Doubles, exponent: float) -> LightPoints:
+def _reached(points: LightClusters, axes: Doubles, exponent: float) -> LightClusters:
     """The points that lobes about these axes reach."""
     middle = axes.mean(axis=0)
     middle /= np.linalg.norm(middle)
@@ -113,7 +112,7 @@ def _reached(points: LightPoints, axes: Doubles, exponent: float) -> LightPoints
     return points.part(angle - points.width < reach)
 
 
-def _sum(points: LightPoints, axes: Doubles, normals: Doubles | None, exponent: float) -> Doubles:
+def _sum(points: LightClusters, axes: Doubles, normals: Doubles | None, exponent: float) -> Doubles:
     """Σ energy times the lobe, over what of each point is above the horizon. normals None: as the axes."""
     real = np.float32 if exponent < 1e3 else np.float64  # cosines of narrow lobes need their digits
     mean, covariance, energy = (each.astype(real) for each in (points.mean.T, points.covariance.T, points.energy))

@@ -12,13 +12,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..scene.scene import Doubles, Floats
+from ..base.arrays import Doubles, Floats
 
 _STEPS = 1 << 24
 
 
 @dataclass(frozen=True, eq=False)
-class Sampling:
+class PiecewiseConstant2D:
     """rows: (n,) float32, the cumulative probability of the rows; columns: (n, n) float32, of the columns of each row;
     both end in 1, and the part that is drawn is the first whose entry is above a number of [0, 1). density: (n, n)
     float32, the probability of the cell by its area in the square [-1, 1]²: with s = |x| + |y| + |z| a unit direction
@@ -29,12 +29,12 @@ class Sampling:
     density: Floats
 
 
-def tables(weights: Doubles) -> Sampling:
+def tables(weights: Doubles) -> PiecewiseConstant2D:
     """Draw the cells in proportion to weights, (n, n) float64, at least one of them above 0."""
     rows, columns = _cumulative(weights.sum(axis=1)), _cumulative(weights)
     cells = np.diff(rows, prepend=0.0)[:, np.newaxis] * np.diff(columns, axis=1, prepend=0.0)
     density = cells * (weights.size / 4.0)
-    return Sampling(rows.astype(np.float32), columns.astype(np.float32), density.astype(np.float32))
+    return PiecewiseConstant2D(rows.astype(np.float32), columns.astype(np.float32), density.astype(np.float32))
 
 
 def _cumulative(weights: Doubles) -> Doubles:

@@ -21,11 +21,10 @@ from math import factorial, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arrays import Doubles, Floats, Reals
 from ..base.errors import InputError
-from ..rays.map_spec import reflection
-from ..scene.scene import Doubles, Floats
-from .hemisphere_cells import Ways, check_cells, integrals
-from .lobe import lobe_nodes
+from .hemisphere_cells import check_cells, integrals
+from .lobe import check_exponent, lobe_nodes
 
 DEGREES = range(1, 7)
 _GRAZING = 0.25  # added to the weight cos θ: what is low counts less, since less of the lobes is there
@@ -89,7 +88,7 @@ def bounds(degree: int, side: int = 16) -> tuple[Floats, Floats]:
     return (middle - reach).astype(np.float32), (middle + reach).astype(np.float32)
 
 
-def rebuild(code: Floats, reflected: Ways, exponent: float) -> Floats:
+def rebuild(code: Floats, reflected: Reals, exponent: float) -> Floats:
     """RO from codes: (N, (degree+1)²), and unit R in the texels' frames, (N, 3) → (N,) float32, 0 to H_e(R).
 
     R below the horizon is taken for one on it. Raises InputError for another number of coefficients or an exponent
@@ -97,7 +96,7 @@ def rebuild(code: Floats, reflected: Ways, exponent: float) -> Floats:
     """
     degree = _degree_of(code)
     x, y, z = (np.asarray(reflected[:, axis], dtype=np.float64) for axis in range(3))
-    table = _lobe_table(reflection(exponent).exponent, degree)
+    table = _lobe_table(check_exponent(exponent), degree)
     place = np.arctan2(np.hypot(x, y), np.maximum(z, 0.0)) * ((_ANGLES - 1) / (0.5 * pi))
     first = np.minimum(place.astype(np.int64), _ANGLES - 2)
     terms = table[first] + (place - first)[:, None] * (table[first + 1] - table[first])

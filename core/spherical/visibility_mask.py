@@ -14,11 +14,10 @@ from math import ceil, pi, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arrays import Doubles, Floats, Reals
 from ..base.errors import InputError
-from ..rays.map_spec import reflection
-from ..scene.scene import Doubles, Floats
-from ..solve.horizon import open_horizon
-from .hemisphere_cells import Ways, check_cells, check_side, subcells
+from .hemisphere_cells import check_cells, check_side, subcells
+from .lobe import check_exponent, open_horizon
 
 Bytes = NDArray[np.uint8]
 
@@ -43,14 +42,14 @@ def unpack(masks: Bytes) -> Floats:
     return bits.reshape(-1, side, side).astype(np.float32)
 
 
-def rebuild(cells: Floats, reflected: Ways, exponent: float) -> Floats:
+def rebuild(cells: Floats, reflected: Reals, exponent: float) -> Floats:
     """RO from means, or unpacked bits, (N, side, side), and unit R in the texels' frames, (N, 3) → (N,) float32.
 
     R below the horizon is taken for one on it. Each cell is one visibility, and the lobe is integrated over it. Raises
     InputError for a grid that is not baked or an exponent below 0.
     """
     check_cells(cells)
-    exponent = reflection(exponent).exponent
+    exponent = check_exponent(exponent)
     side = cells.shape[1]
     pieces = subcells(side, _parts(side, exponent)).astype(np.float32)
     step = max(1, _AT_A_TIME // pieces[..., 0].size)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..base.arrays import Doubles, Floats, Ints
+from ..base.triangles import unit_normals
 from ..rays.kernel_api import Control
-from ..rays.tracer import TraceScene
-from ..scene.scene import Doubles, Floats, Ints, Placed, unit_normals
+from ..rays.texel_surface import TexelSurface
+from ..rays.trace_scene import TraceScene
+from ..scene.world_mesh import WorldMesh
 from .interior import TOLD, spread
 
 _RAYS = 8  # off a face, all around
@@ -14,30 +17,27 @@ _LIFT = 2.0**-19  # of the triangle's largest coordinate: past all that is round
 DARK = 2e-3  # a mean below it is that of an object that no light reaches
 
 
-def share_turned(
-    scene: TraceScene, surface: Placed, owner: Ints, own: int, *, threads: int = 0, control: Control | None = None
-) -> float:
+def flipped_share(scene: TraceScene, surface: TexelSurface, own: int, *, control: Control | None = None) -> float:
     """Share of the owned texels, 0 to 1, whose faces see their own mesh in every direction, and its backs in most.
 
-    owner: (H, W) int32, -1 none. own: the number of the surface's own geometry in the scene, -1 none: then 0. A face
-    of a closed mesh that looks outwards never sees a back, and of those that are turned round each sees nothing else
-    but one another. Judged by the middles of the faces that own at most inside.SAMPLED texels, evenly spread, always
-    the same. Raises Cancelled.
+    own: the number of the surface's own geometry in the scene, -1 none: then 0. A face of a closed mesh that looks
+    outwards never sees a back, and of those that are turned round each sees nothing else but one another. Judged by
+    the middles of the faces that own at most interior.SAMPLED texels, evenly spread, always the same. Raises Cancelled.
     """
-    texels = spread(np.flatnonzero(owner >= 0))
+    texels = spread(np.flatnonzero(surface.covered))
     if own < 0 or not len(texels):
         return 0.0
-    faces = owner.reshape(-1)[texels]
-    corners, normals = surface.vertices[surface.triangles[faces]].astype(np.float64), _normals(surface, faces)
+    mesh, faces = surface.mesh, surface.owner.reshape(-1)[texels]
+    corners, normals = mesh.vertices[mesh.triangles[faces]].astype(np.float64), _normals(mesh, faces)
     lift = _LIFT * np.abs(corners).max(axis=(1, 2))[:, None]
     starts = (corners.mean(axis=1) + lift * normals).astype(np.float32)
     backs, left = np.zeros(len(faces), dtype=np.int64), np.arange(len(faces))
     for ways in _around(normals):
         along, endless = np.ascontiguousarray(ways[left]), np.full(len(left), np.inf, dtype=np.float32)
-        hits = scene.first_hits(starts[left], along, endless, threads, control)
+        hits = scene.first_hits(starts[left], along, endless, surface.threads, control)
         at_home = hits.geometry == own
         left, along = left[at_home], along[at_home]  # most are open, and done with by the first
-        backs[left] += (_normals(surface, hits.triangle[at_home]) * along).sum(axis=1) > 0.0
+        backs[left] += (_normals(mesh, hits.triangle[at_home]) * along).sum(axis=1) > 0.0
     return float(np.count_nonzero(2 * backs[left] > _RAYS)) / len(faces)
 
 
@@ -56,9 +56,9 @@ def _around(normals: Doubles) -> list[Floats]:
     return ways
 
 
-def _normals(surface: Placed, faces: Ints) -> Doubles:
+def _normals(mesh: WorldMesh, faces: Ints) -> Doubles:
     """(N, 3) unit normals of triangles by their corners; z where one has no area."""
-    normals = unit_normals(surface.vertices[surface.triangles[faces]].astype(np.float64))
+    normals = unit_normals(mesh.vertices[mesh.triangles[faces]].astype(np.float64))
     normals[~normals.any(axis=1)] = (0.0, 0.0, 1.0)
     return normals
 

@@ -11,15 +11,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..base.errors import InputError
-from ..charts.polygon_charts import area_of, texels_of
+from ..base.triangles import area_of, texels_of, unit_normals
 from ..rays.embree import Device
 from ..rays.kernel_api import Control
-from ..rays.tracer import TraceScene
-from ..scene.scene import Doubles, Floats, Highs, Instance, Ints, Placed, bounds_of, placed, surface_of, unit_normals
-from .rasterize import Texels, surface_points
+from ..rays.texel_surface import TexelSurface
+from ..rays.trace_scene import TraceScene
+from ..scene.scene import HighPoly, Instance
+from ..scene.world_mesh import WorldMesh, bounds_of, world_mesh, world_surface
 
 AUTOMATIC = 0.02  # of the low mesh's diagonal: how far above and below it is looked for high ones
 TOLD = 0.01  # of the texels: where fewer find nothing, that is no matter for a warning
@@ -27,67 +28,63 @@ _AT_A_TIME = 1 << 18  # texels: each takes some 600 bytes on the way
 _LAYERS = 8  # backs of faces that a ray passes before it is given up
 _PAST = 2.0**-18  # how far behind one it goes on, of the numbers that the point is made of
 # What points are lifted off triangles by, of their largest coordinate, and the lifts that they keep off the edges, but
-# for a part of the triangle's height: as kernel/src/gather.cpp has them.
-_LIFT, _RIM, _WIDEST_RIM = 2.0**-20, 8.0, 0.25
+# for a part of the triangle's height: as kernel/src/texel_groups.cpp has them.
+_LIFT, _EDGE_MARGIN, _WIDEST_EDGE_MARGIN = 2.0**-20, 8.0, 0.25
 
 
 @dataclass(frozen=True, eq=False)
 class _Points:
     """Points of the high meshes, a row a texel. found: (N,) bool; the others are (N, 3) float32, sound where found."""
 
-    found: NDArray[np.bool_]
+    found: Flags
     positions: Floats
     normals: Floats
     faces: Floats
 
 
-def onto_highs(
+def onto_high_poly(
     target: Instance,
-    highs: Highs,
-    low: Placed,
-    texels: Texels,
+    highs: HighPoly,
+    low: TexelSurface,
     origin: Doubles,
     device: Device,
     *,
-    threads: int = 0,
     control: Control | None = None,
-) -> tuple[Placed, Texels]:
-    """The surface and the texels to bake in the place of a target's own.
+) -> tuple[TexelSurface, list[str]]:
+    """The surface to bake in the place of a target's own, and warnings, a line each.
 
     low: the target about `origin` ((3,) float64). Each texel becomes a triangle of no size, at the point that it sees,
     and those that see none lose their owner. Raises InputError where no texel sees any, or the cage is no cage of the
     target's; Cancelled, MemoryError.
     """
-    surfaces = [surface_of(each, origin) for each in highs.meshes]
+    surfaces = [world_surface(each, origin) for each in highs.meshes]
     scene = TraceScene(device)
     numbers = [scene.add(each.vertices, each.triangles) for each in surfaces]
     if max(numbers, default=-1) < 0:
         raise InputError(f"{target.name}: what it is baked from has no faces; choose high meshes that have")
     scene.commit(control)
-    owned = np.flatnonzero(texels.owner >= 0)
-    starts, ways = _rays(target, highs, low, texels.owner, owned, origin, threads)
+    owned = np.flatnonzero(low.covered)
+    starts, ways = _rays(target, highs, low, owned, origin)
     present = [each for each, number in zip(surfaces, numbers, strict=True) if number >= 0]
     parts = [slice(first, first + _AT_A_TIME) for first in range(0, len(owned), _AT_A_TIME)]
-    seen = [_seen(scene, present, starts[part], ways[part], threads, control) for part in parts]
+    seen = [_seen(scene, present, starts[part], ways[part], low.threads, control) for part in parts]
     del starts, ways
-    return _patches(target, low, texels, owned, seen)
+    return _patches(target, low, owned, seen)
 
 
 def _rays(
     target: Instance,
-    highs: Highs,
-    low: Placed,
-    owner: Ints,
-    owned: NDArray[np.int64],
+    highs: HighPoly,
+    low: TexelSurface,
+    owned: Longs,
     origin: Doubles,
-    threads: int,
 ) -> tuple[Floats, Floats]:
     """Where the rays of the owned texels start, and the way to the low surface: (N, 3) float32 each."""
-    flowing = replace(low, normals=_flowing_normals(low))
-    places, normals = (each.reshape(-1, 3)[owned] for each in surface_points(flowing, owner, threads=threads))
+    flowing = replace(low, mesh=replace(low.mesh, normals=_flowing_normals(low.mesh)))
+    places, normals = (each.reshape(-1, 3)[owned] for each in (flowing.positions, flowing.normals))
     if highs.cage is not None:
-        cage = replace(flowing, vertices=_cage_of(target, highs.cage, origin))
-        starts = surface_points(cage, owner, threads=threads)[0].reshape(-1, 3)[owned]
+        cage = replace(low, mesh=replace(flowing.mesh, vertices=_cage_of(target, highs.cage, origin)))
+        starts = cage.positions.reshape(-1, 3)[owned]
     else:
         normals *= np.float32(highs.extrusion or extrusion_of(target))
         starts = normals
@@ -108,10 +105,10 @@ def _cage_of(target: Instance, cage: Instance, origin: Doubles) -> Floats:
         raise InputError(
             f"{target.name}: {cage.name} has other faces, so it cannot be its cage; make one from a copy of it"
         )
-    return placed(cage, origin).vertices
+    return world_mesh(cage, origin).vertices
 
 
-def _flowing_normals(low: Placed) -> Floats:
+def _flowing_normals(low: WorldMesh) -> Floats:
     """(T, 3, 3) normals that flow over all edges, hard ones too, where rays would part or cross: of each place of the
     mesh the mean of its faces', by their angles there."""
     corners = low.vertices[low.triangles].astype(np.float64)
@@ -131,7 +128,7 @@ def _flowing_normals(low: Placed) -> Floats:
 
 def _seen(
     scene: TraceScene,
-    surfaces: Sequence[Placed],
+    surfaces: Sequence[WorldMesh],
     starts: Floats,
     ways: Floats,
     threads: int,
@@ -162,7 +159,7 @@ def _seen(
     return points
 
 
-def _at(surfaces: Sequence[Placed], number: Ints, triangle: Ints, weights: Floats) -> tuple[Floats, Floats, Floats]:
+def _at(surfaces: Sequence[WorldMesh], number: Ints, triangle: Ints, weights: Floats) -> tuple[Floats, Floats, Floats]:
     """Points, shading normals and faces' normals, (N, 3) float32 each, of triangles at barycentric weights."""
     places, shadings, normals = (np.zeros((len(number), 3), dtype=np.float32) for _ in range(3))
     for i, surface in enumerate(surfaces):
@@ -187,13 +184,13 @@ def _off_the_edges(weights: Doubles, corners: Doubles, lift: Doubles) -> Doubles
     edges = np.roll(corners, -1, axis=1) - corners
     opposite = np.linalg.norm(np.roll(edges, -1, axis=1), axis=2)  # to each corner
     doubled = np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1, keepdims=True)
-    rim = np.minimum(_RIM * lift * opposite, _WIDEST_RIM * doubled) / np.maximum(doubled, 1e-300)
-    off = np.maximum(weights, rim)
+    margin = np.minimum(_EDGE_MARGIN * lift * opposite, _WIDEST_EDGE_MARGIN * doubled) / np.maximum(doubled, 1e-300)
+    off = np.maximum(weights, margin)
     moved: Doubles = off / off.sum(axis=1, keepdims=True)
     return moved
 
 
-def _faces(surface: Placed, which: Ints, corners: Doubles) -> Doubles:
+def _faces(surface: WorldMesh, which: Ints, corners: Doubles) -> Doubles:
     across = unit_normals(corners)
     if surface.faces is None:
         return across
@@ -203,8 +200,8 @@ def _faces(surface: Placed, which: Ints, corners: Doubles) -> Doubles:
 
 
 def _patches(
-    target: Instance, low: Placed, texels: Texels, owned: NDArray[np.int64], seen: Sequence[_Points]
-) -> tuple[Placed, Texels]:
+    target: Instance, low: TexelSurface, owned: Longs, seen: Sequence[_Points]
+) -> tuple[TexelSurface, list[str]]:
     """A triangle for each texel that sees a point: all three corners there, in the texture over the whole texel."""
     found = np.concatenate([each.found for each in seen]) if seen else np.zeros(0, np.bool_)
     rows = owned[found]
@@ -212,29 +209,29 @@ def _patches(
         raise InputError(
             f"{target.name}: none of its texels sees a high mesh; move them together, or raise the extrusion"
         )
-    height, width = texels.owner.shape
+    height, width = low.owner.shape
     number = np.arange(len(rows), dtype=np.int32)
     owner = np.full(height * width, -1, dtype=np.int32)
     owner[rows] = number
-    patches = Placed(
+    patches = WorldMesh(
         np.concatenate([each.positions[each.found] for each in seen]),
         np.repeat(number[:, None], 3, axis=1),
         _cells(rows, width, height),
         np.concatenate([each.normals[each.found] for each in seen])[:, None].repeat(3, axis=1),
         np.concatenate([each.faces[each.found] for each in seen]),
-        _spacing(low, width, height)[texels.owner.reshape(-1)[rows]],
+        _spacing(low.mesh, width, height)[low.owner.reshape(-1)[rows]],
     )
     share = 1.0 - len(rows) / len(owned)
-    warnings = list(texels.warnings)
+    warnings = []
     if share >= TOLD:
         warnings.append(
             f"{target.name}: {100.0 * share:.0f} % of its texels see no high mesh and are filled from those around; "
             "raise the extrusion, or close the gaps"
         )
-    return patches, replace(texels, owner=owner.reshape(height, width), count=len(rows), warnings=warnings)
+    return replace(low, mesh=patches, owner=owner.reshape(height, width)), warnings
 
 
-def _cells(texels: NDArray[np.int64], width: int, height: int) -> Floats:
+def _cells(texels: Longs, width: int, height: int) -> Floats:
     """(N, 3, 2) UVs of triangles that cover a texel each, and reach as far again beyond it."""
     y, x = np.divmod(texels, width)
     cells = np.empty((len(texels), 3, 2), dtype=np.float32)
@@ -245,7 +242,7 @@ def _cells(texels: NDArray[np.int64], width: int, height: int) -> Floats:
     return cells
 
 
-def _spacing(low: Placed, width: int, height: int) -> Floats:
+def _spacing(low: WorldMesh, width: int, height: int) -> Floats:
     """(T,) float32: the side of a square as large as a texel is on each triangle of the low mesh."""
     assert low.uv is not None
     area = area_of(low.vertices[low.triangles].astype(np.float64))

@@ -7,12 +7,10 @@ from ctypes import byref
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Flags, Floats, Ints, Longs
 from ..base.errors import InputError
 from ..rays import kernel_api as api
-from ..rays.tracer import describe_surface
-from ..scene.scene import Floats, Ints, Placed
 
 _MUCH_UNOWNED = 0.25  # of the surface in triangles without a texel: the image is too small for them
 
@@ -33,9 +31,9 @@ class Texels:
     warnings: list[str]
 
     @property
-    def covered(self) -> NDArray[np.bool_]:
+    def covered(self) -> Flags:
         """(H, W) bool: texels that some triangle covers in part; conservative, none is left out."""
-        mask: NDArray[np.bool_] = self.owner >= 0
+        mask: Flags = self.owner >= 0
         return mask
 
 
@@ -45,7 +43,7 @@ def rasterize(
     width: int,
     height: int,
     *,
-    skip: NDArray[np.bool_] | None = None,
+    skip: Flags | None = None,
     threads: int = 0,
     control: api.Control | None = None,
 ) -> Texels:
@@ -70,17 +68,7 @@ def owners_by_centre(uv: Floats, width: int, height: int, *, threads: int = 0) -
     return owner
 
 
-def surface_points(surface: Placed, owner: Ints, *, threads: int = 0) -> tuple[Floats, Floats]:
-    """Positions and unit shading normals, (H, W, 3) float32 each, mid-footprint of each owned texel; 0 elsewhere."""
-    positions = np.zeros((*owner.shape, 3), dtype=np.float32)
-    normals = np.zeros_like(positions)
-    described = describe_surface(surface, owner)
-    places = (api.address(positions, np.float32), api.address(normals, np.float32))
-    api.check(api.library().ob_surface_points(byref(described), threads, *places))
-    return positions, normals
-
-
-def in_bands(texels: NDArray[np.int64], size: int) -> Iterator[NDArray[np.int64]]:
+def in_bands(texels: Longs, size: int) -> Iterator[Longs]:
     """So many of the listed texels at a time: what is worked out for each need not be held for all."""
     return (texels[start : start + size] for start in range(0, len(texels), size))
 
@@ -90,7 +78,7 @@ def _rasterize(
     owner: Ints,
     coverage: Floats | None,
     rule: int,
-    skip: NDArray[np.bool_] | None,
+    skip: Flags | None,
     threads: int,
     control: api.Control | None,
 ) -> api.RasterReport:
@@ -98,9 +86,17 @@ def _rasterize(
     report = api.RasterReport()
     flags = None if skip is None else np.ascontiguousarray(skip, dtype=np.uint8)
     status = api.library().ob_rasterize(
-        *(api.address(uv, np.float32), len(uv), api.address(flags, np.uint8), width, height, rule, threads),
-        *(api.address(owner, np.int32), api.address(coverage, np.float32)),
-        *(byref(report), None if control is None else byref(control)),
+        api.address(uv, np.float32),
+        len(uv),
+        api.address(flags, np.uint8),
+        width,
+        height,
+        rule,
+        threads,
+        api.address(owner, np.int32),
+        api.address(coverage, np.float32),
+        byref(report),
+        api.pointer_to(control),
     )
     api.check(status)
     return report
@@ -115,9 +111,7 @@ def _why_none(report: api.RasterReport, uv: Floats) -> str:
     return f"its UVs cover no texel ({counts})"
 
 
-def _warnings(
-    name: str, report: api.RasterReport, uv: Floats, owner: Ints, skip: NDArray[np.bool_] | None
-) -> list[str]:
+def _warnings(name: str, report: api.RasterReport, uv: Floats, owner: Ints, skip: Flags | None) -> list[str]:
     lines = []
     if report.overlapped:
         share = 100.0 * report.overlapped / max(report.covered, 1)
@@ -137,7 +131,7 @@ def _warnings(
     return lines
 
 
-def _unowned_share(uv: Floats, owner: Ints, skip: NDArray[np.bool_] | None) -> float:
+def _unowned_share(uv: Floats, owner: Ints, skip: Flags | None) -> float:
     """The share, by area in the texture, of the triangles that own no texel; those that are skipped do not count."""
     edges = uv[:, 1:] - uv[:, :1]
     areas = np.abs(edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]).astype(np.float64)

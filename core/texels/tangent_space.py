@@ -9,20 +9,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Doubles, Floats, Ints, Longs, Reals
 from ..base.errors import InputError
-from ..charts.polygon_charts import texels_of
-from ..charts.udim import uv_in_tile
-from ..scene.scene import Doubles, Floats, Instance, Ints, Placed, unit, unit_normals
-from .rasterize import surface_points
+from ..base.triangles import texels_of, unit_normals
+from ..base.vectors import unit
+from ..rays.texel_surface import TexelSurface
+from ..scene.scene import Instance
+from ..scene.world_mesh import WorldMesh
 
 
 @dataclass(frozen=True, eq=False)
-class Frames:
+class TangentFrames:
     """Of N texels: tangent, bitangent, normal, each (N, 3) float64, in object space; sign: (N,) float64, 1 or -1."""
 
     tangent: Doubles
@@ -40,23 +40,22 @@ def check_tangents(target: Instance) -> None:
         )
 
 
-class Texture:
-    """A target's texels in its texture. owner: (H, W) int32, a triangle of its mesh. tile: of a UDIM layout."""
+class TexelFrames:
+    """A target's texels in its texture. owner: (H, W) int32, a triangle of its mesh."""
 
-    def __init__(self, target: Instance, owner: Ints, tile: int | None = None) -> None:
-        uv = target.mesh.uv
-        assert uv is not None
+    def __init__(self, target: Instance, owner: Ints) -> None:
+        assert target.mesh.uv is not None
         self.target = target
-        self._owner, self._size = owner.reshape(-1), owner.shape[::-1]
-        self._uv = uv if tile is None else uv_in_tile(uv, tile)
+        self._owner, self._size, self._uv = owner.reshape(-1), owner.shape[::-1], target.mesh.uv
 
     @cached_property
     def _places(self) -> Floats:
         """(H · W, 3): the middles of the footprints, in UVs."""
-        return surface_points(_flat(self._uv), self._owner.reshape(self._size[::-1]))[0].reshape(-1, 3)
+        flat = TexelSurface(_flat(self._uv), self._owner.reshape(self._size[::-1]))
+        return flat.positions.reshape(-1, 3)
 
     @cached_property
-    def _normals(self) -> NDArray[np.floating[Any]]:
+    def _normals(self) -> Reals:
         """(T, 3, 3): shading normals, of flat faces their own."""
         mesh = self.target.mesh
         if mesh.normals is not None:
@@ -64,35 +63,35 @@ class Texture:
         faces = unit_normals(mesh.vertices[mesh.triangles].astype(np.float64))
         return np.repeat(faces[:, np.newaxis], 3, axis=1)
 
-    def frames(self, texels: NDArray[np.int64]) -> Frames:
+    def frames(self, texels: Longs) -> TangentFrames:
         """At the middles of the footprints of listed texels, y · W + x. Raises InputError as `check_tangents`."""
         check_tangents(self.target)
         tangents = self.target.mesh.tangents
         assert tangents is not None
         return self.frames_of(tangents, texels)
 
-    def frames_of(self, tangents: Floats, texels: NDArray[np.int64]) -> Frames:
+    def frames_of(self, tangents: Floats, texels: Longs) -> TangentFrames:
         """`frames` by other tangents, (T, 3, 4), as those of another UV map."""
         triangle, weights = self._owner[texels], self.weights(texels)
         normal = _interpolated(self._normals[triangle], weights)
         tangent = _interpolated(tangents[triangle, :, :3], weights)
         sign = np.where(tangents[triangle, 0, 3] < 0.0, -1.0, 1.0)
-        return Frames(tangent, sign[:, np.newaxis] * np.cross(normal, tangent), normal, sign)
+        return TangentFrames(tangent, sign[:, np.newaxis] * np.cross(normal, tangent), normal, sign)
 
     @cached_property
     def areas(self) -> Doubles:
         """(T,) float64: how many texels each triangle is as large as."""
         return texels_of(self._uv, *self._size)
 
-    def owners(self, texels: NDArray[np.int64]) -> Ints:
+    def owners(self, texels: Longs) -> Ints:
         """(N,) int32: the triangles of listed texels."""
         return self._owner[texels]
 
-    def normals(self, texels: NDArray[np.int64]) -> Doubles:
+    def normals(self, texels: Longs) -> Doubles:
         """The frames' normals alone, (N, 3) float64."""
         return _interpolated(self._normals[self._owner[texels]], self.weights(texels))
 
-    def weights(self, texels: NDArray[np.int64]) -> Doubles:
+    def weights(self, texels: Longs) -> Doubles:
         """(N, 3) float64: barycentric weights of the footprints' middles, by the UVs' own plane."""
         triangle = self._owner[texels]
         place = self._places[texels, :2].astype(np.float64)
@@ -110,7 +109,7 @@ def to_object(directions: Doubles, matrix: Doubles) -> Doubles:
     return unit(directions @ matrix[:3, :3])
 
 
-def in_frames(directions: Doubles, frames: Frames) -> Doubles:
+def in_frames(directions: Doubles, frames: TangentFrames) -> Doubles:
     """Object-space directions, (N, 3), told by frames: what times tangent, bitangent and normal gives them. Unit."""
     axes = np.stack([frames.tangent, frames.bitangent, frames.normal], axis=2)
     singular = np.abs(np.linalg.det(axes)) < 1e-9
@@ -118,7 +117,7 @@ def in_frames(directions: Doubles, frames: Frames) -> Doubles:
     return unit(np.linalg.solve(axes, directions[:, :, np.newaxis])[:, :, 0])
 
 
-def world_tangents(frames: Frames, matrix: Doubles) -> Floats:
+def world_tangents(frames: TangentFrames, matrix: Doubles) -> Floats:
     """(N, 4) float32: the tangents in world space, and the bitangents' signs there, as the kernel takes them."""
     linear = matrix[:3, :3]
     flipped = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
@@ -126,14 +125,14 @@ def world_tangents(frames: Frames, matrix: Doubles) -> Floats:
     return np.ascontiguousarray(rows, dtype=np.float32)
 
 
-def _flat(uv: Floats) -> Placed:
+def _flat(uv: Floats) -> WorldMesh:
     """The layout as a surface in the plane: its points are UVs."""
     corners = np.concatenate([uv, np.zeros((*uv.shape[:2], 1), dtype=np.float32)], axis=2).reshape(-1, 3)
     triangles = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
-    return Placed(np.ascontiguousarray(corners), triangles, np.ascontiguousarray(uv))
+    return WorldMesh(np.ascontiguousarray(corners), triangles, np.ascontiguousarray(uv))
 
 
-def _interpolated(corners: NDArray[np.floating[Any]], weights: Doubles) -> Doubles:
+def _interpolated(corners: Reals, weights: Doubles) -> Doubles:
     """(N, 3, 3) values at corners and (N, 3) weights → (N, 3) float64."""
     values: Doubles = np.einsum("nij,ni->nj", corners.astype(np.float64), weights)
     return values

@@ -11,10 +11,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..base.arrays import Floats, Longs
 from ..base.errors import InputError
-from ..scene.scene import Floats, Instance, Mesh, Scene
+from ..scene.scene import Instance, Mesh, Scene
 
 MOST_TRIANGLES = 1 << 28  # the image's sides are at most 65536
 _ALIKE = 1e-3  # normals that differ by less are one
@@ -58,13 +58,13 @@ def corner_values(values: Floats, mesh: Mesh) -> Floats:
     return shared
 
 
-def _cells(count: int, width: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _cells(count: int, width: int) -> tuple[Longs, Longs]:
     """The upper left texel of each triangle's cell."""
     index = np.arange(count, dtype=np.int64)
     return 2 * (index % (width // 2)), 2 * (index // (width // 2))
 
 
-def _keys(mesh: Mesh) -> NDArray[np.int64]:
+def _keys(mesh: Mesh) -> Longs:
     """(T, 3): equal where corners share vertex and normal."""
     normals = mesh.normals
     if normals is None:
@@ -72,5 +72,5 @@ def _keys(mesh: Mesh) -> NDArray[np.int64]:
         normals = flat[:, None].repeat(3, axis=1)
     steps = np.rint(np.asarray(normals, dtype=np.float64) / _ALIKE).astype(np.int64) + 2048
     packed = (steps[..., 0] << 24) | (steps[..., 1] << 12) | steps[..., 2]
-    keys: NDArray[np.int64] = (mesh.triangles.astype(np.int64) << 36) | packed
+    keys: Longs = (mesh.triangles.astype(np.int64) << 36) | packed
     return keys

@@ -24,7 +24,7 @@ from occlusion_bake.bench.directional import (
     rmse,
     views,
 )
-from occlusion_bake.core.solve.horizon import open_horizon
+from occlusion_bake.core.spherical.lobe import open_horizon
 
 
 def seen(visible: np.ndarray) -> Seen:

@@ -15,7 +15,8 @@ from occlusion_bake.bench.study import convergence, light
 from occlusion_bake.bench.study.cases import DISTANCE, EDGE, EXPONENTS, HEIGHT, TILT, Case, cases, lobe_seen
 from occlusion_bake.bench.study.naive import one_ray_estimates
 from occlusion_bake.bench.study.page import page
-from occlusion_bake.core.rays.map_spec import Sampler, open_horizon
+from occlusion_bake.bench.truth.formulas import open_horizon
+from occlusion_bake.core.rays.map_spec import Sampler
 
 FOLDER = Path(study_cases.__file__).parent
 BOUND = 5.0  # standard errors: exceeded by chance with p = 6e-7

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
-from occlusion_bake.core.bake import Baked, Settings, bake
+from occlusion_bake.core.bake import Baked, bake
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 SEEDS = 16  # rays of one seed complete one another, so that only whole seeds are independent
 T_BOUND = 6.5  # Student's t, 15 degrees of freedom: exceeded by chance with p = 1e-5
@@ -153,7 +154,7 @@ def bake_one() -> Callable[..., Baked]:
 
     def bake_it(scene: Scene, *, size: int = 16, **settings: Any) -> Baked:
         sides = {"width": size, "height": size, "margin": 0}
-        (baked,) = bake(scene, Settings(**{**sides, **settings}))
+        (baked,) = bake(scene, flat_settings(**{**sides, **settings}))
         return baked
 
     return bake_it

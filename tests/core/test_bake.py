@@ -8,10 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from occlusion_bake.core.bake import MAX_RAYS, MAX_SIZE, Settings, bake
+from occlusion_bake.core.bake import bake
 from occlusion_bake.core.base.errors import InputError
 from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.core.settings import MAX_SIZE
+from occlusion_bake.core.solve.solver import MAX_RAYS
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 OFFSETS = (0.0, 1e3, 1e5)
 SCALES = (1e-3, 1.0, 1e3)
@@ -46,7 +49,7 @@ def with_junk(shapes: Any, mesh: Mesh) -> Mesh:
 @pytest.mark.parametrize("offset", OFFSETS)
 def test_no_ray_leaves_a_closed_box(offset: float, scale: float, turned: bool, shapes: Any, bake_one: Any) -> None:
     scene = shapes.scene(shapes.room(), matrix=moved(shapes, offset, scale, turned))
-    baked = bake_one(scene, estimators=(*MAPS, EVERYWHERE), size=64, seed=5)
+    baked = bake_one(scene, maps=(*MAPS, EVERYWHERE), size=64, seed=5)
     assert baked.rays > 700_000
     for result in baked.maps.values():
         assert np.count_nonzero(result.values) == 0
@@ -56,7 +59,7 @@ def test_no_ray_leaves_a_closed_box(offset: float, scale: float, turned: bool, s
 def test_no_ray_leaves_a_closed_sphere(turned: bool, shapes: Any, bake_one: Any) -> None:
     ball = shapes.sphere(segments=32, smooth=False)
     inside = Mesh("inside", ball.vertices, ball.triangles[:, ::-1].copy(), ball.uv[:, ::-1].copy())
-    baked = bake_one(shapes.scene(inside, matrix=moved(shapes, 1e3, 3.3, turned)), estimators=MAPS, size=64, rays=128)
+    baked = bake_one(shapes.scene(inside, matrix=moved(shapes, 1e3, 3.3, turned)), maps=MAPS, size=64, rays=128)
     for result in baked.maps.values():
         assert np.count_nonzero(result.values) == 0
 
@@ -65,7 +68,7 @@ def test_no_ray_leaves_a_box_full_of_junk(shapes: Any, bake_one: Any) -> None:
     matrix = moved(shapes, 1e5, 1e-3, turned=True)
     room = shapes.instance(with_junk(shapes, shapes.room()), matrix)
     lost = replace(shapes.plane(1.0), vertices=np.full((4, 3), np.nan, np.float32), name="lost")
-    baked = bake_one(Scene([room], [room, shapes.instance(lost, matrix)]), estimators=MAPS, size=64)
+    baked = bake_one(Scene([room], [room, shapes.instance(lost, matrix)]), maps=MAPS, size=64)
     for result in baked.maps.values():
         assert np.count_nonzero(result.values) == 0
     assert baked.warnings[0] == "lost: triangles with non-finite vertices do not occlude"
@@ -95,7 +98,7 @@ def test_a_level_floor_of_many_triangles_is_open(
         for y in steps
     ]
     scene = shapes.scene(shapes.joined(tiles), matrix=moved(shapes, offset, scale, turned))
-    baked = bake_one(scene, estimators=MAPS, size=32, rays=64)
+    baked = bake_one(scene, maps=MAPS, size=32, rays=64)
     for result in baked.maps.values():
         assert result.covered.all()
         assert np.all(result.values == 1.0)
@@ -123,7 +126,7 @@ def test_scaling_by_a_power_of_two_changes_no_bit(
 
 
 def test_turning_or_mirroring_everything_changes_noise_alone(shapes: Any, means_of: Any, assert_mean: Any) -> None:
-    settings = {"estimators": MAPS, "size": 32, "rays": 64}
+    settings = {"maps": MAPS, "size": 32, "rays": 64}
     plain = means_of(stage(shapes), **settings)
     for matrix in (shapes.matrix(turned=True), shapes.matrix(scale=(-2, -2, -2))):
         other = means_of(stage(shapes, matrix), **settings)
@@ -132,9 +135,7 @@ def test_turning_or_mirroring_everything_changes_noise_alone(shapes: Any, means_
 
 
 def test_threads_change_no_bit(shapes: Any, bake_one: Any) -> None:
-    one, *others = (
-        bake_one(stage(shapes), estimators=MAPS, size=60, rays=48, threads=threads) for threads in (1, 2, 3)
-    )
+    one, *others = (bake_one(stage(shapes), maps=MAPS, size=60, rays=48, threads=threads) for threads in (1, 2, 3))
     for other in others:
         for name, result in one.maps.items():
             assert_array_equal(result.values, other.maps[name].values)
@@ -148,7 +149,7 @@ def row_of_balls(shapes: Any, places: tuple[float, ...]) -> list[Instance]:
 
 def test_objects_baked_together_have_the_bits_of_each_alone(shapes: Any) -> None:
     """The first of several near ones, and every far one, has a frame of its own either way."""
-    settings = Settings(width=48, height=48, rays=32, margin=2)
+    settings = flat_settings(width=48, height=48, rays=32, margin=2)
     balls = row_of_balls(shapes, (0.0, 2.1, 40.0))
     together = {baked.name: baked for baked in bake(Scene(balls, balls), settings)}
     assert list(together) == ["at 0.0", "at 2.1", "at 40.0"]
@@ -181,7 +182,7 @@ def test_values_lie_between_0_and_1(rays: int, shapes: Any) -> None:
     camera = Camera((1.0, -4.0, 3.0), (0.0, 0.0, -1.0))
     maps = (*MAPS, replace(reflection(10, from_camera=True), name="from camera"))
     scene = Scene([shapes.instance(shapes.sphere((0.2, 0.1, 0.7), 0.6, 32))], stage(shapes).occluders, camera)
-    (baked,) = bake(scene, Settings(maps, 48, 40, rays, margin=4))
+    (baked,) = bake(scene, flat_settings(maps, width=48, height=40, rays=rays, margin=4))
     for result in baked.maps.values():
         assert result.values.dtype == np.float32 and result.values.shape == (40, 48)
         assert result.values.min() >= 0 and result.values.max() <= 1
@@ -193,7 +194,7 @@ def test_texels_that_face_away_from_the_camera_are_not_covered(shapes: Any, bake
     both = (AO, reflection(10, from_camera=True))
     for height, seen in ((3.0, True), (-3.0, False)):
         scene = stage(shapes, camera=Camera((0.1, 0.2, height), (0.0, 0.0, -1.0)))
-        maps = bake_one(scene, estimators=both, size=24).maps
+        maps = bake_one(scene, maps=both, size=24).maps
         assert maps["ao"].covered.all()
         assert np.all(maps["ro_10"].covered == seen)
         assert np.all((maps["ro_10"].coverage > 0) == seen)
@@ -204,13 +205,13 @@ def test_the_camera_goes_with_the_scene(shapes: Any, bake_one: Any) -> None:
     near = stage(shapes, camera=Camera((1.0, -1.0, 3.0), (0.0, 0.0, -1.0)))
     far = stage(shapes, moved(shapes, 1e5), Camera((1e5 + 1.0, -1e5 - 1.0, 0.7e5 + 3.0), (0.0, 0.0, -1.0)))
     maps = (reflection(10, from_camera=True),)
-    here, there = (bake_one(scene, estimators=maps, size=48).maps["ro_10"].values for scene in (near, far))
+    here, there = (bake_one(scene, maps=maps, size=48).maps["ro_10"].values for scene in (near, far))
     assert np.mean(here != there) < 0.01 and np.abs(here - there).max() <= 2 / 64
 
 
 def test_a_result_tells_what_was_done(shapes: Any, bake_one: Any) -> None:
-    baked = bake_one(stage(shapes), estimators=MAPS, size=32, rays=8)
-    assert (baked.name, baked.width, baked.height) == ("floor", 32, 32)
+    baked = bake_one(stage(shapes), maps=MAPS, size=32, rays=8)
+    assert (baked.name, baked.size) == ("floor", (32, 32))
     assert baked.texels == 32 * 32 and baked.rays == 32 * 32 * 8 * 2
     assert [result.rays for result in baked.maps.values()] == [32 * 32 * 8] * 2
     assert list(baked.maps) == ["ao", "ro_10"]
@@ -223,7 +224,7 @@ def test_a_result_tells_what_was_done(shapes: Any, bake_one: Any) -> None:
 
 def test_margins_are_filled_and_not_covered(shapes: Any) -> None:
     floor = shapes.quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), cell=(0.25, 0.25, 0.75, 0.75), name="floor")
-    (baked,) = bake(shapes.scene(floor, shapes.plane(4.0, 1.0)), Settings(width=32, height=32, rays=16, margin=4))
+    (baked,) = bake(shapes.scene(floor, shapes.plane(4.0, 1.0)), flat_settings(width=32, height=32, rays=16, margin=4))
     result = baked.maps["ao"]
     assert result.covered.sum() == 16 * 16 == baked.texels
     assert np.all(result.coverage == result.covered)
@@ -238,8 +239,8 @@ def neighbours(row: np.ndarray) -> list[np.ndarray]:
 @pytest.mark.parametrize(
     ("settings", "cause"),
     [
-        ({"estimators": ()}, "nothing to bake"),
-        ({"estimators": (AO, sampled(AO, "uniform_sphere"))}, "ao, ao two have the same name"),
+        ({"maps": ()}, "nothing to bake"),
+        ({"maps": (AO, sampled(AO, "uniform_sphere"))}, "ao, ao two have the same name"),
         ({"width": 0}, "size 0x1024"),
         ({"height": -3}, "size 1024x-3"),
         ({"width": MAX_SIZE + 1}, "size 65537x1024"),
@@ -255,18 +256,19 @@ def neighbours(row: np.ndarray) -> list[np.ndarray]:
 )
 def test_settings_out_of_range_are_refused(settings: dict[str, Any], cause: str) -> None:
     with pytest.raises(InputError, match=cause) as refusal:
-        Settings(**settings)
+        flat_settings(**settings)
     assert "\n" not in str(refusal.value)
 
 
 def test_the_ends_of_the_ranges_are_taken() -> None:
-    assert Settings(width=1, height=MAX_SIZE, rays=MAX_RAYS, margin=0, distance=1e-30).reach == 1e-30
-    assert Settings().reach == np.inf
+    settings = flat_settings(width=1, height=MAX_SIZE, rays=MAX_RAYS, margin=0, distance=1e-30)
+    assert settings.rays.reach == 1e-30
+    assert flat_settings().rays.reach == np.inf
 
 
 def test_r_from_a_camera_needs_one(shapes: Any, bake_one: Any) -> None:
     with pytest.raises(InputError, match="camera"):
-        bake_one(stage(shapes), estimators=(reflection(10, from_camera=True),))
+        bake_one(stage(shapes), maps=(reflection(10, from_camera=True),))
 
 
 @pytest.mark.parametrize(
@@ -279,7 +281,7 @@ def test_r_from_a_camera_needs_one(shapes: Any, bake_one: Any) -> None:
 )
 def test_r_from_a_camera_needs_a_finite_one(broken: Camera, shapes: Any, bake_one: Any) -> None:
     with pytest.raises(InputError, match=r"camera: .* not finite.*; clear it"):
-        bake_one(stage(shapes, camera=broken), estimators=(reflection(10, from_camera=True),))
+        bake_one(stage(shapes, camera=broken), maps=(reflection(10, from_camera=True),))
     bake_one(stage(shapes, camera=broken))  # AO does not look through it
 
 
@@ -304,6 +306,6 @@ def test_objects_that_cannot_be_baked_are_named(break_it: Any, cause: str, shape
 def test_warnings_on_occluders_stand_once(shapes: Any) -> None:
     lost = shapes.instance(replace(shapes.plane(1.0), vertices=np.full((4, 3), np.nan, np.float32)), name="lost")
     balls = row_of_balls(shapes, (0.0, 3.0))
-    first, second = bake(Scene(balls, [*balls, lost]), Settings(width=64, height=64, rays=1))
+    first, second = bake(Scene(balls, [*balls, lost]), flat_settings(width=64, height=64, rays=1))
     assert first.warnings == ["lost: triangles with non-finite vertices do not occlude"]
     assert second.warnings == []

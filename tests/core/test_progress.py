@@ -8,16 +8,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.bake import Settings, bake
+from occlusion_bake.core.bake import bake
 from occlusion_bake.core.base.errors import Cancelled
 from occlusion_bake.core.progress import Progress
 from occlusion_bake.core.rays.embree import open_device
 from occlusion_bake.core.rays.kernel_api import Control
 from occlusion_bake.core.rays.map_spec import AO
 from occlusion_bake.core.rays.occluders import Occluders
-from occlusion_bake.core.rays.tracer import Geometry, Rays, TraceScene, trace
-from occlusion_bake.core.scene.scene import Scene, placed
-from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.rays.trace_scene import Geometry, TraceScene
+from occlusion_bake.core.rays.tracer import TraceOptions, trace
+from occlusion_bake.core.scene.scene import Scene
+from occlusion_bake.core.scene.world_mesh import world_mesh
+from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 
 class Watcher:
@@ -51,7 +55,7 @@ def test_the_fraction_rises_from_0_to_1(stage: Scene) -> None:
     progress = Progress()
     seen = [progress.fraction]
     with Watcher(lambda: seen.append(progress.fraction)):
-        for baked in bake(stage, Settings(width=256, height=256, rays=256), progress):
+        for baked in bake(stage, flat_settings(width=256, height=256, rays=256), progress):
             seen.append(progress.fraction)
             assert seen[-1] == (0.5 if baked.name == "at 0" else 1.0)
     assert seen[0] == 0.0 and progress.fraction == 1.0
@@ -92,7 +96,7 @@ def test_a_bake_is_cancelled_from_another_thread(stage: Scene) -> None:
             most[:] = max(most[0], progress.control.done), max(most[1], progress.control.total)
 
     rays = 1 << 15
-    settings = Settings(width=256, height=256, rays=rays)
+    settings = flat_settings(width=256, height=256, rays=rays)
     baker = bake(stage, settings, progress)
     with Watcher(look), pytest.raises(Cancelled):
         next(baker)
@@ -103,7 +107,7 @@ def test_a_bake_is_cancelled_from_another_thread(stage: Scene) -> None:
 
 def test_a_cancelled_bake_does_not_go_on(stage: Scene) -> None:
     progress = Progress(2)
-    baker = bake(stage, Settings(width=16, height=16, rays=4), progress)
+    baker = bake(stage, flat_settings(width=16, height=16, rays=4), progress)
     assert next(baker).name == "at 0"
     progress.cancel()
     with pytest.raises(Cancelled):
@@ -116,12 +120,12 @@ def test_nothing_starts_once_cancelled(stage: Scene) -> None:
     with pytest.raises(Cancelled):
         progress.enter("anything")
     with pytest.raises(Cancelled):
-        next(bake(stage, Settings(width=16, height=16), progress))
+        next(bake(stage, flat_settings(width=16, height=16), progress))
 
 
 def test_every_kernel_call_looks_at_the_wish(stage: Scene) -> None:
     stopped = Control(cancel=1)
-    target = placed(stage.targets[0], np.zeros(3))
+    target = world_mesh(stage.targets[0], np.zeros(3))
     scene = TraceScene(open_device())
     scene.add(target.vertices, target.triangles)
     with pytest.raises(Cancelled):
@@ -134,7 +138,7 @@ def test_every_kernel_call_looks_at_the_wish(stage: Scene) -> None:
     assert target.uv is not None
     owner = rasterize("sphere", target.uv, 16, 16).owner
     with pytest.raises(Cancelled):
-        trace(scene, target, owner, [AO], Rays(4), control=stopped)
+        trace(scene, TexelSurface(target, owner), [AO], TraceOptions(4), control=stopped)
     assert stopped.done == 0
 
 
@@ -143,8 +147,8 @@ def test_building_occluders_is_cancelled(stage: Scene) -> None:
     progress.cancel()
     occluders = Occluders(open_device(), stage.occluders)
     with pytest.raises(Cancelled):
-        occluders.frame_for(stage.targets[0], progress)
-    assert occluders.frame_for(stage.targets[0], Progress()).flat == {0, 1}
+        occluders.frame_for(stage.targets[0], progress.control)
+    assert occluders.frame_for(stage.targets[0]).flat == {0, 1}
 
 
 def test_the_map_can_be_looked_at_while_it_is_made(stage: Scene) -> None:
@@ -157,8 +161,9 @@ def test_the_map_can_be_looked_at_while_it_is_made(stage: Scene) -> None:
         if values is not None:
             seen.append((preview.target.name, values))
 
+    settings = flat_settings(width=256, height=256, error=0.004)
     with Watcher(look):
-        finished = {baked.name: baked for baked in bake(stage, Settings(width=256, height=256, error=0.004), progress)}
+        finished = {baked.name: baked for baked in bake(stage, settings, progress)}
     assert progress.preview is None
     for name, baked in finished.items():
         own = [values for target, values in seen if target == name]
@@ -172,7 +177,7 @@ def test_the_map_can_be_looked_at_while_it_is_made(stage: Scene) -> None:
 
 def test_no_preview_outlives_its_bake(stage: Scene) -> None:
     progress = Progress()
-    for baked in bake(stage, Settings(width=32, height=32, rays=4), progress):
+    for baked in bake(stage, flat_settings(width=32, height=32, rays=4), progress):
         assert progress.preview is None, baked.name
 
 

@@ -12,7 +12,9 @@ from occlusion_bake.bench.truth.properties import moved
 from occlusion_bake.bench.truth.wild import WildBake, WildMap, WildMesh, WildObject
 from occlusion_bake.core.bake import bake
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.scene.scene import LARGEST, SMALLEST, Instance, Scene, bounds_of, placed
+from occlusion_bake.core.scene.checks import LARGEST, SMALLEST
+from occlusion_bake.core.scene.scene import Instance, Scene
+from occlusion_bake.core.scene.world_mesh import bounds_of, world_mesh
 
 TERRAIN = WildBake(
     WildObject(WildMesh("grid", 200, 3, normals="tilted")),
@@ -67,8 +69,8 @@ def test_normals_survive_a_change_of_units(factor: float) -> None:
     target = TERRAIN.scene().targets[0]
     matrix = np.diag([factor, factor, 2.0 * factor, 1.0])
     mesh = replace(target.mesh, vertices=(target.mesh.vertices / factor).astype(np.float32))
-    plain = placed(Instance("plain", target.mesh, np.diag([1.0, 1.0, 2.0, 1.0])), np.zeros(3))
-    other = placed(Instance("other", mesh, matrix), np.zeros(3))
+    plain = world_mesh(Instance("plain", target.mesh, np.diag([1.0, 1.0, 2.0, 1.0])), np.zeros(3))
+    other = world_mesh(Instance("other", mesh, matrix), np.zeros(3))
     assert plain.normals is not None and other.normals is not None
     assert_allclose(other.normals, plain.normals, atol=1e-6)
     assert_allclose(np.linalg.norm(other.normals, axis=-1), 1.0, atol=1e-6)

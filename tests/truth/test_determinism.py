@@ -13,15 +13,18 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from occlusion_bake.core.bake import Baked, Settings, bake
-from occlusion_bake.core.progress import Progress
+from occlusion_bake.core.bake import Baked, bake
+from occlusion_bake.core.base.arrays import Floats
 from occlusion_bake.core.rays import occluders
 from occlusion_bake.core.rays.embree import open_device
-from occlusion_bake.core.rays.map_spec import AO, Estimator, reflection, sampled
+from occlusion_bake.core.rays.map_spec import AO, MapSpec, reflection, sampled
 from occlusion_bake.core.rays.occluders import Occluders
-from occlusion_bake.core.rays.tracer import Rays, trace
-from occlusion_bake.core.scene.scene import Camera, Floats, Instance, Mesh, Scene, placed
-from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.rays.tracer import TraceOptions, trace
+from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.core.scene.world_mesh import world_mesh
+from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 LOBES = (AO, reflection(10), replace(reflection(40, from_camera=True), name="from camera"))
 MAPS = (
@@ -77,7 +80,7 @@ def scene(monkeypatch: pytest.MonkeyPatch) -> Scene:
 
 
 def baked(scene: Scene, **settings: Any) -> list[Baked]:
-    return list(bake(scene, Settings(**{"width": WIDTH, "height": HEIGHT, "rays": 64, "estimators": MAPS, **settings})))
+    return list(bake(scene, flat_settings(**{"width": WIDTH, "height": HEIGHT, "rays": 64, "maps": MAPS, **settings})))
 
 
 def assert_same_bits(a: Sequence[Baked], b: Sequence[Baked]) -> None:
@@ -90,7 +93,7 @@ def assert_same_bits(a: Sequence[Baked], b: Sequence[Baked]) -> None:
 
 
 def test_the_scene_is_of_every_kind(scene: Scene) -> None:
-    frame = Occluders(open_device(), scene.occluders).frame_for(scene.targets[0], Progress())
+    frame = Occluders(open_device(), scene.occluders).frame_for(scene.targets[0])
     assert len(frame.instanced) == 5 and len(frame.flat) == 2
     for result in baked(scene):
         covered = [result.maps[each.name].covered.mean() for each in LOBES]
@@ -103,7 +106,7 @@ def test_neither_threads_nor_another_run_change_a_bit(rays: int, scene: Scene) -
     """Of several targets the second is traced in the frame of the first; with many rays one is enough."""
     several = Scene(scene.targets if rays == 64 else scene.targets[:1], scene.occluders, CAMERA)
     maps = MAPS if rays == 64 else LOBES
-    one, *others = (baked(several, rays=rays, threads=threads, estimators=maps) for threads in (1, 1, 2, 3, 5))
+    one, *others = (baked(several, rays=rays, threads=threads, maps=maps) for threads in (1, 1, 2, 3, 5))
     for other in others:
         assert_same_bits(one, other)
 
@@ -116,15 +119,16 @@ def test_another_seed_changes_them(scene: Scene) -> None:
             assert np.mean((result.values != other)[some_seen]) > 0.5
 
 
-def sums(scene: Scene, owner: np.ndarray | None = None, maps: Sequence[Estimator] = MAPS, **rays: Any) -> Floats:
+def sums(scene: Scene, owner: np.ndarray | None = None, maps: Sequence[MapSpec] = MAPS, **rays: Any) -> Floats:
     """The first target's, straight from the tracer."""
     target = scene.targets[0]
-    frame = Occluders(open_device(), scene.occluders).frame_for(target, Progress())
+    frame = Occluders(open_device(), scene.occluders).frame_for(target)
     assert target.mesh.uv is not None
     whole = rasterize(target.name, target.mesh.uv, WIDTH, HEIGHT).owner
     camera = Camera(tuple(np.asarray(CAMERA.position) - frame.origin), CAMERA.forward)
-    chosen = Rays(**{"count": 300, "camera": camera, **rays})
-    return trace(frame.scene, placed(target, frame.origin), whole if owner is None else owner, maps, chosen).all
+    chosen = TraceOptions(**{"count": 300, "camera": camera, **rays})
+    surface = TexelSurface(world_mesh(target, frame.origin), whole if owner is None else owner)
+    return trace(frame.scene, surface, maps, chosen).all
 
 
 @pytest.mark.parametrize("rays", CHUNKS)
@@ -153,7 +157,7 @@ def test_packet_widths_agree(width: int, scene: Scene) -> None:
 
 def test_the_order_of_maps_changes_nothing(scene: Scene) -> None:
     first = Scene(scene.targets[:1], scene.occluders, CAMERA)
-    for there, back in zip(baked(first), baked(first, estimators=MAPS[::-1]), strict=True):
+    for there, back in zip(baked(first), baked(first, maps=MAPS[::-1]), strict=True):
         assert list(back.maps) == list(there.maps)[::-1]
         for name, result in there.maps.items():
             assert_array_equal(result.values, back.maps[name].values)
@@ -162,9 +166,7 @@ def test_the_order_of_maps_changes_nothing(scene: Scene) -> None:
 def test_the_order_of_occluders_changes_nothing_but_grazing_rays(scene: Scene) -> None:
     """Another order is another tree; where a ray meets an edge, another triangle is asked first."""
     shuffled = [scene.occluders[i] for i in (4, 6, 0, 2, 5, 3, 1)]
-    bakes, others = (
-        baked(Scene(scene.targets, order, CAMERA), estimators=LOBES) for order in (scene.occluders, shuffled)
-    )
+    bakes, others = (baked(Scene(scene.targets, order, CAMERA), maps=LOBES) for order in (scene.occluders, shuffled))
     for there, back in zip(bakes, others, strict=True):
         for each in LOBES:
             difference = there.maps[each.name].values - back.maps[each.name].values
@@ -174,9 +176,9 @@ def test_the_order_of_occluders_changes_nothing_but_grazing_rays(scene: Scene) -
 
 def test_copies_and_instances_agree(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """An instance is traced in its own frame: rounding moves it by half an ulp, and rays that graze it may differ."""
-    instanced = baked(scene, estimators=LOBES)
+    instanced = baked(scene, maps=LOBES)
     monkeypatch.setattr(occluders, "COPIED_TRIANGLES", 1 << 40)
-    for there, back in zip(instanced, baked(scene, estimators=LOBES), strict=True):
+    for there, back in zip(instanced, baked(scene, maps=LOBES), strict=True):
         for each in LOBES:
             difference = there.maps[each.name].values - back.maps[each.name].values
             assert np.mean(difference != 0) < 5 * GRAZING

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from occlusion_bake.bench.truth import formulas
-from occlusion_bake.core.rays.map_spec import open_horizon
+from occlusion_bake.bench.truth.formulas import open_horizon
 
 Directions = np.ndarray  # (3, N): x, y, z
 Blocked = Callable[[Directions], np.ndarray]

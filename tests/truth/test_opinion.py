@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from occlusion_bake.bench.truth import opinion
 from occlusion_bake.bench.truth.opinion import Agreement, Estimate, Texels, Tracer, ask
 from occlusion_bake.core.rays import occluders
-from occlusion_bake.core.rays.map_spec import AO, Estimator, reflection
+from occlusion_bake.core.rays.map_spec import AO, MapSpec, reflection
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
-from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.texels.rasterize import rasterize
 
 # By chance exceeded with p = 1e-5: Student's t of 16 seeds, and a mean of squares over some 200 texels, which leans.
 BIAS_BOUND, EXCESS_BOUND = 6.5, 6.0
@@ -68,9 +68,7 @@ def valley() -> Scene:
     return Scene([ground, gems[0]], [ground, *gems], CAMERA)
 
 
-def answers(
-    scene: Scene, target: Instance, estimators: Sequence[Estimator], distance: float = np.inf
-) -> list[Agreement]:
+def answers(scene: Scene, target: Instance, estimators: Sequence[MapSpec], distance: float = np.inf) -> list[Agreement]:
     assert target.mesh.uv is not None
     owner = rasterize(target.name, target.mesh.uv, SIZE, SIZE).owner
     return list(ask(scene, target, owner, estimators, count=TEXELS, distance=distance))
@@ -117,9 +115,9 @@ def test_instances_of_one_tree(valley: Scene, monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_slightly_other_lobe_is_noticed(valley: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """The bounds mean something: a tenth more in the exponent breaks them."""
-    original, other = opinion.estimate, Estimator("other", 1.1)
+    original, other = opinion.estimate, MapSpec("other", 1.1)
 
-    def estimate(tracer: Tracer, texels: Texels, _: Estimator, rng: np.random.Generator, **how: Any) -> Estimate:
+    def estimate(tracer: Tracer, texels: Texels, _: MapSpec, rng: np.random.Generator, **how: Any) -> Estimate:
         return original(tracer, texels, other, rng, **how)
 
     monkeypatch.setattr(opinion, "estimate", estimate)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from occlusion_bake.bench.truth.point import Point, patch
 from occlusion_bake.bench.truth.reference import lobe_beyond, sphere_beyond
-from occlusion_bake.core.rays.map_spec import AO, Estimator, reflection, sampled
+from occlusion_bake.core.rays.map_spec import AO, MapSpec, reflection, sampled
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh
 
 RINGS, SECTORS, SEGMENTS = 5, 6, 24  # segments of a sector: a ring's rim is a polygon, off its circle by 1e-4 of a cell
@@ -32,7 +32,7 @@ class Case:
     """beyond: the share of rays farther from the axis than an angle. rims: the rings' borders. lean: of R, degrees."""
 
     name: str
-    estimator: Estimator
+    estimator: MapSpec
     beyond: Beyond
     rims: np.ndarray
     lean: float = 0.0

@@ -13,10 +13,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ....core.bake import Baked, Settings, bake
+from ....core.bake import bake
+from ....core.base.arrays import Doubles, Ints
+from ....core.finish.baked import Baked
 from ....core.rays.map_spec import AO, reflection
-from ....core.scene.scene import Doubles, Instance, Ints, Scene, centre_of, surface_of, zero_area
-from ....core.texels.rasterize import Texels, rasterize, surface_points
+from ....core.rays.texel_surface import TexelSurface
+from ....core.scene.checks import zero_area
+from ....core.scene.scene import Instance, Scene
+from ....core.scene.world_mesh import centre_of, world_surface
+from ....core.settings import Settings
+from ....core.texels.rasterize import Texels, rasterize
+from ....tests.oracles.settings import flat_settings
 
 Bools = NDArray[np.bool_]
 
@@ -53,7 +60,8 @@ class View:
     def points(self) -> tuple[Doubles, Doubles]:
         """World-space positions and unit shading normals mid-footprint, (H, W, 3) float64 each."""
         origin = centre_of(self.target)
-        positions, normals = surface_points(surface_of(self.target, origin), self.owner)
+        surface = TexelSurface(world_surface(self.target, origin), self.owner)
+        positions, normals = surface.positions, surface.normals
         return positions.astype(np.float64) + origin, normals.astype(np.float64)
 
     @property
@@ -135,7 +143,9 @@ def settings_of(case: Case, seed: int = 0, distance: float | None = None) -> Set
     """AO, and by the first seeds RO, too, without margins."""
     maps = (AO, reflection(10)) if seed < FEW_SEEDS else (AO,)
     width, height = case.size
-    return Settings(maps, width, height, case.rays, distance or case.distance, margin=0, seed=seed)
+    return flat_settings(
+        maps, width=width, height=height, rays=case.rays, distance=distance or case.distance, margin=0, seed=seed
+    )
 
 
 def bake_seeds(scene: Scene, case: Case, first: int = 0, distance: float | None = None) -> list[Baked]:

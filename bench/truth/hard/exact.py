@@ -7,7 +7,7 @@ from math import pi
 
 import numpy as np
 
-from ....core.scene.scene import Doubles
+from ....core.base.arrays import Doubles
 from .. import formulas
 
 

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ....core.scene.scene import Doubles, Mesh, Scene
+from ....core.base.arrays import Doubles
+from ....core.scene.scene import Mesh, Scene
 from . import exact
 from .case import Case, View
 from .shapes import (

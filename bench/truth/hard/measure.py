@@ -17,14 +17,15 @@ import bpy
 import numpy as np
 
 from ....addon.cli.hard_exit import leave
-from ....addon.compare.cycles import CyclesBake, bake_ao
+from ....addon.compare.cycles import CyclesBake, CyclesSettings, bake_ao
 from ....core.bake import bake
+from ....core.base.arrays import Doubles, Floats
 from ....core.base.version import version
-from ....core.finish.compare import picture
+from ....core.finish.baked import BakedMap
+from ....core.finish.compare import comparison_image
 from ....core.finish.image_file import write_image
-from ....core.finish.map_finisher import BakedMap
-from ....core.rays.map_spec import AO
-from ....core.scene.scene import Doubles, Floats
+from ....core.maps.occlusion import AMBIENT
+from ....core.solve.solver import Goal
 from ...ours import bake_here
 from ...pages import ROOT
 from .blender import open_scene
@@ -53,14 +54,14 @@ def _row(case: Case) -> dict[str, Any]:
     judged = judge(case)
     right = judged.right if case.twin is None else _converged(case)
     name = open_scene(case.build())
-    cycles = bake_ao(bpy.context, name, case.size, RAYS, case.distance, THREADS, 0)
-    baked = bake_here([name], replace(settings_of(case), rays=RAYS, estimators=(AO,)))[1][0][1]
+    cycles = bake_ao(bpy.context, name, CyclesSettings(case.size, RAYS, case.distance, THREADS, 0))
+    baked = bake_here([name], replace(settings_of(case), goal=Goal(RAYS), maps=(AMBIENT,)))[1][0][1]
     ours = baked.maps["ao"]
     PICTURES.mkdir(parents=True, exist_ok=True)
     write_image(PICTURES / f"{slug(case.name)}.png", _panels(ours, cycles), depth=8)
     return {
         "texels": int(np.count_nonzero(judged.view.covered)),
-        "inside": baked.inside,
+        "inside": baked.surface.interior,
         "complaints": [*judged.complaints, *_from_blender(judged, ours)],
         "bits": case.bits,
         "ours": _against(right, ours.values, ours.covered, judged.view.covered),
@@ -72,19 +73,19 @@ def _row(case: Case) -> dict[str, Any]:
 def _converged(case: Case) -> Doubles:
     """The clean twin with many rays, for the figures: the judgement's has as few as the case."""
     assert case.twin is not None
-    settings = replace(settings_of(case, TWIN_SEED, case.twin_distance), rays=MANY_RAYS)
+    settings = replace(settings_of(case, TWIN_SEED, case.twin_distance), goal=Goal(MANY_RAYS))
     (baked,) = bake(case.twin(), settings)
     return case.from_twin(baked.maps["ao"].values.astype(np.float64))
 
 
 def _panels(ours: BakedMap, cycles: CyclesBake) -> Floats:
     """Ours whole; Cycles and the difference where it baked, or ours alone."""
-    alone = picture(ours.values, ours.values, ours.covered)
+    alone = comparison_image(ours.values, ours.values, ours.covered)
     first = alone.shape[1] // 3
     both = ours.covered & cycles.coverage
     if not both.any():
         return alone[:, :first]
-    panels = picture(ours.values, cycles.values, both)
+    panels = comparison_image(ours.values, cycles.values, both)
     panels[:, :first] = alone[:, :first]
     return panels
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....core.scene.scene import Doubles, Mesh, Scene
+from ....core.base.arrays import Doubles
+from ....core.scene.scene import Mesh, Scene
 from .case import Case, View
 from .faces import hollow_ball
 from .shapes import box, floor, grid, joined, matrix, quad, scene, sphere

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ....core.base.arrays import Doubles, Floats, Ints
 from ....core.finish.margin import fill_margin
-from ....core.scene.scene import Doubles, Floats, Ints, Mesh
+from ....core.scene.scene import Mesh
 from .case import Bools, Judged
 from .shapes import grid_cells
 

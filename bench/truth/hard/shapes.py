@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ....core.scene.scene import Doubles, Instance, Ints, Mesh, Scene
+from ....core.base.arrays import Doubles, Ints
+from ....core.scene.scene import Instance, Mesh, Scene
 
 Cell = tuple[float, float, float, float]
 WHOLE: Cell = (0.0, 0.0, 1.0, 1.0)

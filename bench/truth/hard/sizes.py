@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ....core.scene.scene import Doubles, Instance, Mesh, Scene
+from ....core.base.arrays import Doubles
+from ....core.scene.scene import Instance, Mesh, Scene
 from . import exact
 from .case import Case, View
 from .faces import BALL, ball, outer_open, paper_box

@@ -23,7 +23,7 @@
 extern "C" {
 #endif
 
-enum { OB_ABI_VERSION = 8 };
+enum { OB_ABI_VERSION = 9 };
 
 enum ob_status {
   OB_OK = 0,
@@ -47,10 +47,10 @@ enum ob_axis {
 };
 
 /* What is summed up of the rays of a map, and in how many images. */
-enum ob_counts {
-  OB_COUNTS_VISIBILITY = 0, /* 1: V */
-  OB_COUNTS_BENT = 1,       /* 4: V, and V times the three parts of the ray's direction */
-  OB_COUNTS_LIGHT = 2       /* 6: V times the light's red, green and blue, and these without V; OB_SAMPLE_LOBE only */
+enum ob_accumulator {
+  OB_ACCUMULATOR_VISIBILITY = 0, /* 1: V */
+  OB_ACCUMULATOR_BENT = 1,       /* 4: V, and V times the three parts of the ray's direction */
+  OB_ACCUMULATOR_LIGHT = 2 /* 6: V times the light's red, green and blue, and these without V; OB_SAMPLE_LOBE only */
 };
 
 /* How much an occluder blocks at a share s of the distance. */
@@ -74,20 +74,20 @@ typedef struct ob_map {
   int32_t axis;
   double exponent;   /* >= 0, finite */
   double cosine;     /* the narrowest: 0 to below 1; 0: the whole lobe */
-  double lobe_share; /* of OB_COUNTS_LIGHT: rays drawn from the lobe, 0 to 1; the others are drawn from the light, and
-                        all weighted by the balance heuristic (Veach & Guibas 1995) */
-  int32_t counts;
+  double lobe_share; /* of OB_ACCUMULATOR_LIGHT: rays drawn from the lobe, 0 to 1; the others are drawn from the light,
+                        and all weighted by the balance heuristic (Veach & Guibas 1995) */
+  int32_t accumulator;
 } ob_map;
 
 /* Light from far away: radiance over the size x size cells of an octahedral map of all directions, in the frame's axes,
  * constant in each. A direction w has s = |x| + |y| + |z| and the point (x, y) / s; below z = 0 the point p becomes
  * (1 - |p.y|, 1 - |p.x|) with the signs of p. Columns go by x, rows by y, from -1 to 1. */
 typedef struct ob_light {
-  const float *radiance; /* size x size x 3 */
-  const float *density;  /* size x size: at w the rays drawn from the light have the density density / s^3 */
-  const float *rows;     /* size: the cumulative probability of the rows; the last is 1 */
-  const float *columns;  /* size x size: of the columns of each row */
-  int32_t size;          /* 1 to 4096 */
+  const float *radiance;   /* size x size x 3 */
+  const float *density;    /* size x size: at w the rays drawn from the light have the density density / s^3 */
+  const float *row_cdf;    /* size: the cumulative probability of the rows; the last is 1 */
+  const float *column_cdf; /* size x size: of the columns of each row */
+  int32_t size;            /* 1 to 4096 */
 } ob_light;
 
 /* A picture of opacity, 0 clear to 1 opaque; row 0 at the top. */
@@ -127,7 +127,7 @@ typedef struct ob_surface {
   const float *uv;            /* triangle_count x 3 x 2, v up */
   const float *normals;       /* triangle_count x 3 x 3 unit shading normals, or NULL: flat */
   const float *texel_normals; /* height x width x 3 unit shading normals in the place of those, or NULL */
-  const float *faces;         /* triangle_count x 3 unit normals, or NULL: from the corners, as where one is zero */
+  const float *face_normals;  /* triangle_count x 3 unit normals, or NULL: from the corners, as where one is zero */
   const float *spacing;       /* triangle_count sides of a texel on it, or NULL: from the corners */
   const int32_t *owner;       /* height x width */
   int64_t vertex_count;
@@ -155,7 +155,7 @@ typedef struct ob_trace_settings {
   int32_t incoherent;    /* not 0: of rays side by side each likely meets a triangle of its own; speed alone */
   float nearest;         /* 0 or more: what is nearer than this does not block */
   int32_t falloff;       /* others than OB_FALLOFF_NONE need a finite distance */
-  const ob_light *light; /* for maps of OB_COUNTS_LIGHT, else NULL */
+  const ob_light *light; /* for maps of OB_ACCUMULATOR_LIGHT, else NULL */
 } ob_trace_settings;
 
 /* One map at the texels of a surface; images are height x width. */
@@ -186,7 +186,7 @@ typedef struct ob_hit {
 typedef struct ob_device ob_device;
 typedef struct ob_mesh ob_mesh;
 typedef struct ob_scene ob_scene;
-typedef struct ob_field ob_field;
+typedef struct ob_filter ob_filter;
 
 OB_API int32_t ob_abi_version(void);
 
@@ -199,7 +199,7 @@ OB_API void ob_device_close(ob_device *device);
 
 /* A mesh of its own, to be instanced. The arrays are copied, but for the cutout's. cutout: NULL where all of it is
  * opaque. front_only: not 0: rays go through its triangles from behind. Both are for rays that look for V, not for
- * ob_first_hits or ob_inside. */
+ * ob_first_hits or ob_interior. */
 OB_API int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_count, const int32_t *triangles,
                              int64_t triangle_count, const ob_cutout *cutout, int32_t front_only, ob_control *control,
                              ob_mesh **mesh);
@@ -222,24 +222,25 @@ OB_API int32_t ob_rasterize(const float *uv, int64_t triangle_count, const uint8
                             int32_t rule, int32_t threads, int32_t *owner, float *coverage, ob_raster_report *report,
                             ob_control *control);
 
-/* The middle of each owned texel's footprint: positions and shading normals, height x width x 3; others untouched. */
+/* The centroid of each owned texel's footprint: positions and shading normals, height x width x 3; others untouched. */
 OB_API int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals);
 
-/* The points of a surface's texels and which of them are near one another on it: across the seams of charts, never
- * round an edge or through a wall. slab: only what lies in it is filtered, and no more is kept than that looks at;
- * NULL: everything. Keeps nothing of the surface. */
-OB_API int32_t ob_field_build(const ob_surface *surface, const ob_slab *slab, int32_t threads, ob_control *control,
-                              ob_field **field);
-OB_API void ob_field_free(ob_field *field);
+/* A filter of a surface: its texels' points, and which of them are near one another on it, across the seams of charts,
+ * never round an edge or through a wall. slab: only what lies in it is filtered, and no more is kept than that looks
+ * at; NULL: everything. Keeps nothing of the surface. */
+OB_API int32_t ob_filter_build(const ob_surface *surface, const ob_slab *slab, int32_t threads, ob_control *control,
+                               ob_filter **filter);
+OB_API void ob_filter_free(ob_filter *filter);
 
-/* Filters one map over the field: local regression of first order with weights by place, normal and noise. Same inputs,
- * same bits. */
-OB_API int32_t ob_field_filter(const ob_field *field, const ob_signal *signal, ob_control *control);
+/* Filters one map over the surface: local regression of first order with weights by place, normal and noise. Same
+ * inputs, same bits. */
+OB_API int32_t ob_filter_apply(const ob_filter *filter, const ob_signal *signal, ob_control *control);
 
 /* sums[m][texel]: settings->rays times the estimate of map m; untouched where no triangle owns the texel, -1 where the
- * texel faces away from the viewer of an OB_AXIS_REFLECTED map. A map that counts more takes as many images, one after
- * the other; -1 stands in the first. halves[m], where neither it nor `halves` is NULL: the part of the sum that the
- * first half of the rays (rays / 2) brought, and -1 where the sum is. Same inputs and packet width, same bits. */
+ * texel faces away from the viewer of an OB_AXIS_REFLECTED map. A map whose accumulator has several images takes them
+ * one after the other; -1 stands in the first. halves[m], where neither it nor `halves` is NULL: the part of the sum
+ * that the first half of the rays (rays / 2) brought, and -1 where the sum is. Same inputs and packet width, same bits.
+ */
 OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                         const ob_map *maps, int32_t map_count, float *const *sums, float *const *halves,
                         ob_control *control);
@@ -268,11 +269,11 @@ OB_API int32_t ob_first_hits(ob_scene *scene, const float *origins, const float 
                              int64_t count, int32_t threads, ob_hit *hits, ob_control *control);
 
 /* Whether texels lie inside a mesh other than their own: inside[i] = 1 where at least 14 of 16 rays, spread over all
- * directions from the middle of texel texels[i] (y * width + x, owned), get out of a mesh, through the back of a
+ * directions from the centroid of texel texels[i] (y * width + x, owned), get out of a mesh, through the back of a
  * triangle, that they did not get into, at whatever distance. own: the number of the surface's own mesh, whose
  * triangles do not count, or -1. */
-OB_API int32_t ob_inside(ob_scene *scene, const ob_surface *surface, int32_t own, const int64_t *texels, int64_t count,
-                         int32_t threads, uint8_t *inside, ob_control *control);
+OB_API int32_t ob_interior(ob_scene *scene, const ob_surface *surface, int32_t own, const int64_t *texels,
+                           int64_t count, int32_t threads, uint8_t *inside, ob_control *control);
 
 /* Processor cycles of all ob_trace calls so far, inside Embree and in all; either may be NULL. Zeros unless built with
  * OCCLUSION_PROFILE. */

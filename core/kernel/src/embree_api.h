@@ -64,9 +64,9 @@ template <int W> struct alignas(W == 1 ? 16 : W * 4) Rays {
   uint32_t mask[W], id[W], flags[W];
 };
 
-// What a ray bears as its id: whether filters may let it through.
-constexpr uint32_t kMeetsAll = 0U; // it looks for surfaces
-constexpr uint32_t kPasses = 1U;   // it looks for V
+// What a ray bears as its id: filters let visibility rays alone through.
+constexpr uint32_t kSurfaceRay = 0U;    // it looks for surfaces
+constexpr uint32_t kVisibilityRay = 1U; // it looks for V
 
 struct alignas(16) RTCBounds {
   float lower[3], pad0, upper[3], pad1;

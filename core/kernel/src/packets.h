@@ -12,9 +12,9 @@
 
 namespace ob {
 
-constexpr int kLanes = 16;            // texels of a group: a 4 x 4 block, in Morton order
-constexpr float kFilterRadius = 6.5F; // in spacings
-constexpr int kFeet = 36;             // footprint points of a texel in one chunk of rays, at most
+constexpr int kLanes = 16;               // texels of a group: a 4 x 4 block, in Morton order
+constexpr float kFilterRadius = 6.5F;    // in spacings
+constexpr int kMostFootprintPoints = 36; // footprint points of a texel in one chunk of rays, at most
 
 // Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set. Their alignment is
 // spelt out, or each build would have its own.
@@ -27,28 +27,28 @@ struct Lanes3 {
 };
 
 // Sixteen texels, structure of arrays. Lanes that are not active hold numbers of no meaning.
-struct Group {
+struct TexelGroup {
   LaneMask active;
-  LaneBits seed;  // of the texel's footprint points
-  Lanes3 tangent; // that directions are told by, where they are told in a frame of the texel's own
-  Lanes handed;   // 1 or -1: the bitangent is so many times normal x tangent
-  Lanes3 corner;  // of the owner triangle
+  LaneBits seed;    // of the texel's footprint points
+  Lanes3 tangent;   // that directions are told by, where they are told in a frame of the texel's own
+  Lanes handedness; // 1 or -1: the bitangent is so many times normal x tangent
+  Lanes3 corner;    // of the owner triangle
   Lanes3 edge1, edge2;
-  Lanes3 geometric;    // unit geometric normal
-  Lanes3 shading[3];   // normals at the corners
-  Lanes lift;          // how far rays start off the surface
-  Lanes rim[3];        // the least barycentric weight of each corner: points keep off the triangle's edges
-  Lanes weight1[3];    // corner 1's barycentric weight at the texel's corner, and its growth along x and y
-  Lanes weight2[3];    // of corner 2
-  Lanes foot_x[kFeet]; // footprint points within the texel, 0 to 1
-  Lanes foot_y[kFeet];
+  Lanes3 geometric;     // unit geometric normal
+  Lanes3 shading[3];    // normals at the corners
+  Lanes lift;           // how far rays start off the surface
+  Lanes edge_margin[3]; // the least barycentric weight of each corner: points keep off the triangle's edges
+  Lanes weight1[3];     // corner 1's barycentric weight at the texel's corner, and its growth along x and y
+  Lanes weight2[3];     // of corner 2
+  Lanes point_x[kMostFootprintPoints]; // footprint points within the texel, 0 to 1
+  Lanes point_y[kMostFootprintPoints];
 };
 
 // Where rays start, and the frames that they are turned into.
 struct Frames {
-  Lanes3 position[kFeet];
-  Lanes3 normal[kFeet];
-  Lanes3 tangent[kFeet], bitangent[kFeet], axis[kFeet];
+  Lanes3 position[kMostFootprintPoints];
+  Lanes3 normal[kMostFootprintPoints];
+  Lanes3 tangent[kMostFootprintPoints], bitangent[kMostFootprintPoints], axis[kMostFootprintPoints];
 };
 
 struct Viewer {
@@ -58,8 +58,8 @@ struct Viewer {
   float forward[3];
 };
 
-// The light that maps count, and what it takes to weight rays that were drawn from the lobe, or from it.
-struct Sky {
+// The light that maps sum up, and what it takes to weight rays that were drawn from the lobe, or from it.
+struct LightSampling {
   const ob_light *light;
   float lobe_share;
   float exponent;
@@ -67,35 +67,38 @@ struct Sky {
   float cosine; // down to this cosine
 };
 
-constexpr int kMostCounts = 6; // images that a map's sums take
+constexpr int kMostImages = 6; // images that a map's sums take
 
-struct Packet {
+// Rays of one group of texels for one map, and what they are traced through.
+struct RayBatch {
   const Embree *embree;
   RTCScene scene;
   float distance;
   float nearest;
-  int32_t falloff; // of ob_falloff
-  int32_t counts;  // of ob_counts
-  Sky sky;         // of OB_COUNTS_LIGHT
-  bool incoherent; // Embree then takes the rays of a packet one by one where they part
+  int32_t falloff;              // of ob_falloff
+  int32_t accumulator;          // of ob_accumulator
+  LightSampling light_sampling; // of OB_ACCUMULATOR_LIGHT
+  bool incoherent;              // Embree then takes the rays of a packet one by one where they part
   int32_t rays;
-  bool below;              // rays may fall below the horizon of the shading normal; they count nothing
-  const float *directions; // x, y, z of sixteen lanes each, a ray
-  const float *weights;    // of sixteen lanes a ray; NULL: all 1
-  const uint8_t *foot;     // a ray's footprint point
-  const uint16_t *halves;  // a bit a lane, set where the ray is of the lane's first half
-  const uint16_t *worlds;  // a bit a lane, set where the direction is the scene's, not the frame's; NULL: none is
-  float *seen;             // out, V of sixteen lanes a ray; NULL: not asked for
+  bool below_horizon;              // rays may fall below the horizon of the shading normal; they count nothing
+  const float *directions;         // x, y, z of sixteen lanes each, a ray
+  const float *weights;            // of sixteen lanes a ray; NULL: all 1
+  const uint8_t *footprint_points; // a ray's footprint point
+  const uint16_t *first_half;      // a bit a lane, set where the ray is of the lane's first half
+  const uint16_t *world_space; // a bit a lane, set where the direction is the scene's, not the frame's; NULL: none is
+  float *visibility;           // out, V of sixteen lanes a ray; NULL: not asked for
 };
 
-// What the rays of one packet add to their texels.
-struct PacketSums {
-  Lanes all[kMostCounts], first_half[kMostCounts];
+// What the rays of one batch add to their texels.
+struct RayBatchSums {
+  Lanes all[kMostImages], first_half[kMostImages];
 };
 
 // How many images the sums of a map take.
 namespace {
-constexpr int images_of(int32_t counts) { return counts == OB_COUNTS_BENT ? 4 : (counts == OB_COUNTS_LIGHT ? 6 : 1); }
+constexpr int images_of(int32_t accumulator) {
+  return accumulator == OB_ACCUMULATOR_BENT ? 4 : (accumulator == OB_ACCUMULATOR_LIGHT ? 6 : 1);
+}
 } // namespace
 
 // Points of a surface near one another, from a 4 x 4 block of texels. Lanes that are not active hold an active one's
@@ -116,8 +119,8 @@ struct Signal {
   Lanes precision; // of the value; 0: no rays yet
   Lanes guide;     // a first fit, by place alone
   Lanes guide_error;
-  Lanes variance; // noise, averaged over the neighbourhood
-  Lanes rough;    // variance of the map about the first fit
+  Lanes variance;          // noise, averaged over the neighbourhood
+  Lanes residual_variance; // variance of the map about the first fit
 };
 
 // Clusters and, for each, those near it: near[first[i]] to near[first[i + 1] - 1], itself among them.
@@ -125,26 +128,28 @@ struct Neighbours {
   const Cluster *clusters;
   const int64_t *first;
   const int32_t *near;
-  float sharpness;      // how fast weights fall as normals turn away: exp(-sharpness (1 - cos))
-  const Lanes3 *turned; // of each cluster, the normals that texels have of their own; NULL: they have none
-  Lanes3 *slopes;       // of each, how its guides change with these
+  float sharpness;             // how fast weights fall as normals turn away: exp(-sharpness (1 - cos))
+  const Lanes3 *texel_normals; // of each cluster, the normals that texels have of their own; NULL: they have none
+  Lanes3 *normal_slopes;       // of each, how its guides change with these
 };
 
 // One instruction set's build of the steps.
 struct PacketCode {
   // One point in each cell of a side x side square, by point `index` of the cell's own scrambled sequence.
-  void (*spread_feet)(Group &, int side, uint32_t index_x, uint32_t index_y);
-  void (*place)(const Group &, int feet, Frames &);
-  void (*aim)(const Viewer &, int feet, float cos_turn, float sin_turn, Frames &);
+  void (*spread_points)(TexelGroup &, int side, uint32_t index_x, uint32_t index_y);
+  // Positions and normals at the footprint points, by barycentric weights.
+  void (*interpolate)(const TexelGroup &, int points, Frames &);
+  // Frames about the axis, turned by the tile's angle.
+  void (*build_frames)(const Viewer &, int points, float cos_turn, float sin_turn, Frames &);
   // Frames about the normals along the group's tangents.
-  void (*align)(const Group &, int feet, Frames &);
+  void (*build_tangent_frames)(const TexelGroup &, int points, Frames &);
   // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
-  void (*trace[4])(const Packet &, const Group &, const Frames &, const LaneMask &active, PacketSums &,
+  void (*trace[4])(const RayBatch &, const TexelGroup &, const Frames &, const LaneMask &active, RayBatchSums &,
                    int64_t &embree_cycles);
-  // The filter's two passes over cluster `index`: fills its signal's guide, guide_error, variance and rough; from
-  // those of all, the filtered values and their expected squared errors.
-  void (*guide)(const Neighbours &, int64_t index, Signal *signals);
-  void (*smooth)(const Neighbours &, int64_t index, const Signal *signals, Lanes &value, Lanes &error);
+  // The filter's two passes over cluster `index`: fills its signal's guide, guide_error, variance and
+  // residual_variance; from those of all, the filtered values and their expected squared errors.
+  void (*compute_guide)(const Neighbours &, int64_t index, Signal *signals);
+  void (*filter)(const Neighbours &, int64_t index, const Signal *signals, Lanes &value, Lanes &error);
 };
 
 extern const PacketCode kBaselinePackets;

@@ -8,9 +8,9 @@
 namespace ob {
 namespace {
 
-Lanes all(float x) { return x - Lanes{}; }
+Lanes broadcast(float x) { return x - Lanes{}; }
 
-Lanes root(Lanes x) {
+Lanes square_root(Lanes x) {
   for (int l = 0; l < kLanes; ++l) {
     x[l] = __builtin_sqrtf(x[l]);
   }
@@ -21,55 +21,57 @@ Lanes dot(const Lanes3 &a, const Lanes3 &b) { return a.x * b.x + a.y * b.y + a.z
 Lanes3 operator*(const Lanes3 &a, Lanes s) { return {a.x * s, a.y * s, a.z * s}; }
 Lanes3 operator+(const Lanes3 &a, const Lanes3 &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 Lanes3 operator-(const Lanes3 &a, const Lanes3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Lanes3 all3(const float *v) { return {all(v[0]), all(v[1]), all(v[2])}; }
+Lanes3 broadcast3(const float *v) { return {broadcast(v[0]), broadcast(v[1]), broadcast(v[2])}; }
 
 Lanes at_most(Lanes x, Lanes bound) { return x < bound ? x : bound; }
 Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 
 Lanes to_unit_lanes(LaneBits bits) { return __builtin_convertvector(bits >> 8, Lanes) * 0x1p-24F; }
 
-void spread_feet(Group &group, int side, uint32_t index_x, uint32_t index_y) {
+void spread_points(TexelGroup &group, int side, uint32_t index_x, uint32_t index_y) {
   const float scale = 1.0F / static_cast<float>(side);
-  for (int foot = 0; foot < side * side; ++foot) {
-    const LaneBits seed = mix(group.seed ^ (static_cast<uint32_t>(foot) * 0x9e3779b9U));
-    const Lanes x = to_unit_lanes(owen(LaneBits{} + index_x, seed));
-    const Lanes y = to_unit_lanes(owen(LaneBits{} + index_y, mix(seed)));
-    group.foot_x[foot] = (x + static_cast<float>(foot % side)) * scale;
-    group.foot_y[foot] = (y + static_cast<float>(foot / side)) * scale; // NOLINT(bugprone-integer-division): a row
+  for (int point = 0; point < side * side; ++point) {
+    const LaneBits seed = mix(group.seed ^ (static_cast<uint32_t>(point) * 0x9e3779b9U));
+    const Lanes x = to_unit_lanes(owen_scramble(LaneBits{} + index_x, seed));
+    const Lanes y = to_unit_lanes(owen_scramble(LaneBits{} + index_y, mix(seed)));
+    group.point_x[point] = (x + static_cast<float>(point % side)) * scale;
+    group.point_y[point] = (y + static_cast<float>(point / side)) * scale; // NOLINT(bugprone-integer-division): a row
   }
 }
 
-void place(const Group &group, int feet, Frames &frames) {
-  for (int foot = 0; foot < feet; ++foot) {
-    const Lanes x = group.foot_x[foot];
-    const Lanes y = group.foot_y[foot];
+void interpolate(const TexelGroup &group, int points, Frames &frames) {
+  for (int point = 0; point < points; ++point) {
+    const Lanes x = group.point_x[point];
+    const Lanes y = group.point_y[point];
     // Off the triangle's edges, which rounding may even have crossed by a hair.
     const Lanes raw1 = group.weight1[0] + x * group.weight1[1] + y * group.weight1[2];
     const Lanes raw2 = group.weight2[0] + x * group.weight2[1] + y * group.weight2[2];
-    const Lanes weight1 = at_most(at_least(raw1, group.rim[1]), 1.0F - group.rim[0] - group.rim[2]);
-    const Lanes weight2 = at_most(at_least(raw2, group.rim[2]), 1.0F - group.rim[0] - weight1);
+    const Lanes weight1 =
+        at_most(at_least(raw1, group.edge_margin[1]), 1.0F - group.edge_margin[0] - group.edge_margin[2]);
+    const Lanes weight2 = at_most(at_least(raw2, group.edge_margin[2]), 1.0F - group.edge_margin[0] - weight1);
     // One corner plus two edges: 0.8 ulp off the plane at most, where three products give 2.8.
-    frames.position[foot] = group.corner + (group.edge1 * weight1 + group.edge2 * weight2);
+    frames.position[point] = group.corner + (group.edge1 * weight1 + group.edge2 * weight2);
     const Lanes3 normal =
         group.shading[0] * (1.0F - weight1 - weight2) + group.shading[1] * weight1 + group.shading[2] * weight2;
-    const Lanes length = root(dot(normal, normal));
+    const Lanes length = square_root(dot(normal, normal));
     const LaneMask usable = length > 1e-6F; // else the corners' normals cancel, and the geometric one stands in
-    const Lanes scale = 1.0F / (usable ? length : all(1.0F));
-    frames.normal[foot] = {usable ? normal.x * scale : group.geometric.x, usable ? normal.y * scale : group.geometric.y,
-                           usable ? normal.z * scale : group.geometric.z};
+    const Lanes scale = 1.0F / (usable ? length : broadcast(1.0F));
+    frames.normal[point] = {usable ? normal.x * scale : group.geometric.x,
+                            usable ? normal.y * scale : group.geometric.y,
+                            usable ? normal.z * scale : group.geometric.z};
   }
 }
 
 // R = d - 2 (d.n) n, d from the viewer to the texel, at unit length.
-Lanes3 mirrored(const Viewer &viewer, const Lanes3 &position, const Lanes3 &normal) {
-  const Lanes3 d = viewer.orthographic ? all3(viewer.forward) : position - all3(viewer.position);
-  const Lanes length = root(dot(d, d));
-  return (d - normal * (2.0F * dot(d, normal))) * (1.0F / (length > 0.0F ? length : all(1.0F)));
+Lanes3 reflected_direction(const Viewer &viewer, const Lanes3 &position, const Lanes3 &normal) {
+  const Lanes3 d = viewer.orthographic ? broadcast3(viewer.forward) : position - broadcast3(viewer.position);
+  const Lanes length = square_root(dot(d, d));
+  return (d - normal * (2.0F * dot(d, normal))) * (1.0F / (length > 0.0F ? length : broadcast(1.0F)));
 }
 
 // Two directions at right angles to n and to one another (Duff et al. 2017).
 void frame_about(const Lanes3 &n, Lanes3 &t, Lanes3 &s) {
-  const Lanes sign = n.z < 0.0F ? all(-1.0F) : all(1.0F);
+  const Lanes sign = n.z < 0.0F ? broadcast(-1.0F) : broadcast(1.0F);
   const Lanes a = -1.0F / (sign + n.z);
   const Lanes b = n.x * n.y * a;
   t = {1.0F + sign * n.x * n.x * a, sign * b, -sign * n.x};
@@ -77,37 +79,37 @@ void frame_about(const Lanes3 &n, Lanes3 &t, Lanes3 &s) {
 }
 
 // A frame about the axis, turned by the tile's angle.
-void aim(const Viewer &viewer, int feet, float cos_turn, float sin_turn, Frames &frames) {
-  for (int foot = 0; foot < feet; ++foot) {
-    const Lanes3 normal = frames.normal[foot];
-    const Lanes3 n = viewer.reflected ? mirrored(viewer, frames.position[foot], normal) : normal;
+void build_frames(const Viewer &viewer, int points, float cos_turn, float sin_turn, Frames &frames) {
+  for (int point = 0; point < points; ++point) {
+    const Lanes3 normal = frames.normal[point];
+    const Lanes3 n = viewer.reflected ? reflected_direction(viewer, frames.position[point], normal) : normal;
     Lanes3 t;
     Lanes3 s;
     frame_about(n, t, s);
-    frames.axis[foot] = n;
-    frames.tangent[foot] = t * all(cos_turn) + s * all(sin_turn);
-    frames.bitangent[foot] = s * all(cos_turn) - t * all(sin_turn);
+    frames.axis[point] = n;
+    frames.tangent[point] = t * broadcast(cos_turn) + s * broadcast(sin_turn);
+    frames.bitangent[point] = s * broadcast(cos_turn) - t * broadcast(sin_turn);
   }
 }
 
-Lanes3 crossed(const Lanes3 &a, const Lanes3 &b) {
+Lanes3 cross(const Lanes3 &a, const Lanes3 &b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-void align(const Group &group, int feet, Frames &frames) {
-  for (int foot = 0; foot < feet; ++foot) {
-    const Lanes3 n = frames.normal[foot];
+void build_tangent_frames(const TexelGroup &group, int points, Frames &frames) {
+  for (int point = 0; point < points; ++point) {
+    const Lanes3 n = frames.normal[point];
     const Lanes3 upright = group.tangent - n * dot(group.tangent, n);
-    const Lanes length = root(dot(upright, upright));
+    const Lanes length = square_root(dot(upright, upright));
     const LaneMask usable = length > 1e-6F; // else it lies along the normal, or is none
-    const Lanes scale = 1.0F / (usable ? length : all(1.0F));
+    const Lanes scale = 1.0F / (usable ? length : broadcast(1.0F));
     Lanes3 t;
     Lanes3 s;
     frame_about(n, t, s);
     t = {usable ? upright.x * scale : t.x, usable ? upright.y * scale : t.y, usable ? upright.z * scale : t.z};
-    frames.axis[foot] = n;
-    frames.tangent[foot] = t;
-    frames.bitangent[foot] = crossed(n, t) * group.handed;
+    frames.axis[point] = n;
+    frames.tangent[point] = t;
+    frames.bitangent[point] = cross(n, t) * group.handedness;
   }
 }
 
@@ -184,25 +186,25 @@ constexpr float kGrazing = -0x1p-22F;
 // Ray k of all lanes. They start a lift off the surface, on the side that they go to: a ray below the triangle of a
 // smooth normal leaves its own triangle alone, as in Cycles.
 template <int W>
-Lanes3 make_rays(const Packet &packet, const Group &group, const Frames &frames, int32_t k, Rays<W> *rays) {
-  const int foot = packet.foot[k];
-  const float *d = packet.directions + static_cast<int64_t>(k) * 3 * kLanes;
-  Lanes3 direction = frames.tangent[foot] * load(d) + frames.bitangent[foot] * load(d + kLanes) +
-                     frames.axis[foot] * load(d + 2 * kLanes);
-  if (packet.worlds != nullptr) {
-    const LaneMask world = to_lanes(packet.worlds[k]);
+Lanes3 make_rays(const RayBatch &batch, const TexelGroup &group, const Frames &frames, int32_t k, Rays<W> *rays) {
+  const int point = batch.footprint_points[k];
+  const float *d = batch.directions + static_cast<int64_t>(k) * 3 * kLanes;
+  Lanes3 direction = frames.tangent[point] * load(d) + frames.bitangent[point] * load(d + kLanes) +
+                     frames.axis[point] * load(d + 2 * kLanes);
+  if (batch.world_space != nullptr) {
+    const LaneMask world = to_lanes(batch.world_space[k]);
     direction = {world ? load(d) : direction.x, world ? load(d + kLanes) : direction.y,
                  world ? load(d + 2 * kLanes) : direction.z};
   }
   const Lanes lift = dot(direction, group.geometric) < kGrazing ? -group.lift : group.lift;
-  const Lanes3 origin = frames.position[foot] + group.geometric * lift;
+  const Lanes3 origin = frames.position[point] + group.geometric * lift;
   put<W>(rays, &Rays<W>::dir_x, direction.x);
   put<W>(rays, &Rays<W>::dir_y, direction.y);
   put<W>(rays, &Rays<W>::dir_z, direction.z);
   put<W>(rays, &Rays<W>::org_x, origin.x);
   put<W>(rays, &Rays<W>::org_y, origin.y);
   put<W>(rays, &Rays<W>::org_z, origin.z);
-  put<W>(rays, &Rays<W>::tfar, all(packet.distance));
+  put<W>(rays, &Rays<W>::tfar, broadcast(batch.distance));
   return direction;
 }
 
@@ -212,23 +214,23 @@ template <int W> void prepare(float nearest, Rays<W> *rays) {
       rays[part].tnear[i] = nearest;
       rays[part].time[i] = 0.0F;
       rays[part].mask[i] = ~0U;
-      rays[part].id[i] = kPasses;
+      rays[part].id[i] = kVisibilityRay;
       rays[part].flags[i] = 0U;
     }
   }
 }
 
 // V where occluders block all light.
-template <int W> Lanes free_lanes(const Packet &packet, int flags, const int32_t *valid, Rays<W> *rays) {
+template <int W> Lanes visibility_lanes(const RayBatch &batch, int flags, const int32_t *valid, Rays<W> *rays) {
   RTCOccludedArguments arguments{flags, RTC_FEATURE_FLAG_ALL, nullptr, nullptr, nullptr};
   for (int part = 0; part < kLanes / W; ++part) {
-    occluded(*packet.embree, valid + part * W, packet.scene, &rays[part], &arguments);
+    occluded(*batch.embree, valid + part * W, batch.scene, &rays[part], &arguments);
   }
-  return get<W>(rays, &Rays<W>::tfar) >= 0.0F ? all(1.0F) : Lanes{};
+  return get<W>(rays, &Rays<W>::tfar) >= 0.0F ? broadcast(1.0F) : Lanes{};
 }
 
 // V where the nearest occluder blocks the less the farther it is.
-template <int W> Lanes fading_lanes(const Packet &packet, int flags, const int32_t *valid, const Rays<W> *rays) {
+template <int W> Lanes falloff_lanes(const RayBatch &batch, int flags, const int32_t *valid, const Rays<W> *rays) {
   RTCIntersectArguments arguments{flags, RTC_FEATURE_FLAG_ALL, nullptr, nullptr, nullptr, 0.0F};
   RayHits<W> hits[kLanes / W];
   Lanes reached{};
@@ -237,13 +239,13 @@ template <int W> Lanes fading_lanes(const Packet &packet, int flags, const int32
     for (int i = 0; i < W; ++i) {
       hits[part].geometry[i] = hits[part].instance[0][i] = RTC_INVALID_GEOMETRY_ID;
     }
-    intersect(*packet.embree, valid + part * W, packet.scene, &hits[part], &arguments);
+    intersect(*batch.embree, valid + part * W, batch.scene, &hits[part], &arguments);
     for (int i = 0; i < W; ++i) {
       reached[part * W + i] = hits[part].rays.tfar[i]; // the whole distance where nothing was met
     }
   }
-  const Lanes share = at_most(reached * (1.0F / packet.distance), all(1.0F));
-  return packet.falloff == OB_FALLOFF_LINEAR ? share : share * share * (3.0F - 2.0F * share);
+  const Lanes share = at_most(reached * (1.0F / batch.distance), broadcast(1.0F));
+  return batch.falloff == OB_FALLOFF_LINEAR ? share : share * share * (3.0F - 2.0F * share);
 }
 
 Lanes power(Lanes x, float exponent) {
@@ -263,20 +265,20 @@ LaneMask cell_of(int32_t size, const Lanes3 &d, Lanes &sum) {
   const Lanes ax = magnitude(d.x);
   const Lanes ay = magnitude(d.y);
   sum = ax + ay + magnitude(d.z);
-  const Lanes inverse = 1.0F / (sum > 0.0F ? sum : all(1.0F));
+  const Lanes inverse = 1.0F / (sum > 0.0F ? sum : broadcast(1.0F));
   const LaneMask under = d.z < 0.0F;
   const Lanes folded_x = d.x < 0.0F ? ay * inverse - 1.0F : 1.0F - ay * inverse;
   const Lanes folded_y = d.y < 0.0F ? ax * inverse - 1.0F : 1.0F - ax * inverse;
-  const Lanes half = all(0.5F * static_cast<float>(size));
-  const Lanes most = all(static_cast<float>(size - 1));
+  const Lanes half = broadcast(0.5F * static_cast<float>(size));
+  const Lanes most = broadcast(static_cast<float>(size - 1));
   const Lanes x = at_most(at_least(((under ? folded_x : d.x * inverse) + 1.0F) * half, Lanes{}), most);
   const Lanes y = at_most(at_least(((under ? folded_y : d.y * inverse) + 1.0F) * half, Lanes{}), most);
   return __builtin_convertvector(y, LaneMask) * size + __builtin_convertvector(x, LaneMask);
 }
 
 // The light along each direction times lobe over density, by the balance heuristic.
-Lanes3 light_along(const Sky &sky, const Lanes3 &direction, Lanes cosine) {
-  const ob_light &light = *sky.light;
+Lanes3 light_along(const LightSampling &sampling, const Lanes3 &direction, Lanes cosine) {
+  const ob_light &light = *sampling.light;
   Lanes sum;
   const LaneMask cell = cell_of(light.size, direction, sum);
   Lanes3 radiance{};
@@ -288,63 +290,64 @@ Lanes3 light_along(const Sky &sky, const Lanes3 &direction, Lanes cosine) {
     radiance.z[l] = colour[2];
     density[l] = light.density[cell[l]];
   }
-  const LaneMask within = (cosine > 0.0F) & (cosine >= sky.cosine);
-  const Lanes lobe = within ? power(within ? cosine : all(1.0F), sky.exponent) * sky.scale : Lanes{};
-  const Lanes drawn = lobe * sky.lobe_share + density * (1.0F - sky.lobe_share) / (sum * sum * sum);
-  return radiance * (lobe / (drawn > 0.0F ? drawn : all(1.0F)));
+  const LaneMask within = (cosine > 0.0F) & (cosine >= sampling.cosine);
+  const Lanes lobe = within ? power(within ? cosine : broadcast(1.0F), sampling.exponent) * sampling.scale : Lanes{};
+  const Lanes drawn = lobe * sampling.lobe_share + density * (1.0F - sampling.lobe_share) / (sum * sum * sum);
+  return radiance * (lobe / (drawn > 0.0F ? drawn : broadcast(1.0F)));
 }
 
 // What a ray adds to each image, given V times its weight.
 template <int Images>
-void count(const Packet &packet, const Lanes3 &direction, Lanes visible, LaneMask wanted, Lanes cosine,
-           Lanes (&counted)[Images]) {
-  if constexpr (Images == images_of(OB_COUNTS_LIGHT)) {
-    const Lanes3 light = light_along(packet.sky, direction, cosine);
+void contribute(const RayBatch &batch, const Lanes3 &direction, Lanes visible, LaneMask wanted, Lanes cosine,
+                Lanes (&contribution)[Images]) {
+  if constexpr (Images == images_of(OB_ACCUMULATOR_LIGHT)) {
+    const Lanes3 light = light_along(batch.light_sampling, direction, cosine);
     const Lanes parts[3] = {light.x, light.y, light.z};
     for (int part = 0; part < 3; ++part) {
-      counted[part] = visible * parts[part];
-      counted[3 + part] = wanted ? parts[part] : Lanes{};
+      contribution[part] = visible * parts[part];
+      contribution[3 + part] = wanted ? parts[part] : Lanes{};
     }
     return;
   }
-  counted[0] = visible;
-  if constexpr (Images == images_of(OB_COUNTS_BENT)) {
-    counted[1] = visible * direction.x;
-    counted[2] = visible * direction.y;
-    counted[3] = visible * direction.z;
+  contribution[0] = visible;
+  if constexpr (Images == images_of(OB_ACCUMULATOR_BENT)) {
+    contribution[1] = visible * direction.x;
+    contribution[2] = visible * direction.y;
+    contribution[3] = visible * direction.z;
   }
 }
 
 template <int W, int Images>
-void trace_images(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active,
-                  PacketSums &sums, int64_t &embree_cycles) {
+void trace_images(const RayBatch &batch, const TexelGroup &group, const Frames &frames, const LaneMask &active,
+                  RayBatchSums &sums, int64_t &embree_cycles) {
   Rays<W> rays[kLanes / W];
-  prepare<W>(packet.nearest, rays);
-  const int flags = packet.incoherent ? RTC_RAY_QUERY_FLAG_INCOHERENT : RTC_RAY_QUERY_FLAG_COHERENT;
+  prepare<W>(batch.nearest, rays);
+  const int flags = batch.incoherent ? RTC_RAY_QUERY_FLAG_INCOHERENT : RTC_RAY_QUERY_FLAG_COHERENT;
   Lanes total[Images] = {};
   Lanes first_half[Images] = {};
   alignas(64) int32_t valid[kLanes];
-  for (int32_t k = 0; k < packet.rays; ++k) {
-    const Lanes3 direction = make_rays<W>(packet, group, frames, k, rays);
-    const LaneMask above = dot(direction, frames.normal[packet.foot[k]]) > 0.0F;
-    const LaneMask wanted = packet.below ? active & above : active;
+  for (int32_t k = 0; k < batch.rays; ++k) {
+    const Lanes3 direction = make_rays<W>(batch, group, frames, k, rays);
+    const LaneMask above = dot(direction, frames.normal[batch.footprint_points[k]]) > 0.0F;
+    const LaneMask wanted = batch.below_horizon ? active & above : active;
     __builtin_memcpy(valid, &wanted, sizeof(valid));
     const int64_t before = cycles();
-    const Lanes seen = packet.falloff == OB_FALLOFF_NONE ? free_lanes<W>(packet, flags, valid, rays)
-                                                         : fading_lanes<W>(packet, flags, valid, rays);
+    const Lanes seen = batch.falloff == OB_FALLOFF_NONE ? visibility_lanes<W>(batch, flags, valid, rays)
+                                                        : falloff_lanes<W>(batch, flags, valid, rays);
     embree_cycles += cycles() - before;
     const Lanes weight =
-        packet.weights == nullptr ? all(1.0F) : load(packet.weights + static_cast<int64_t>(k) * kLanes);
+        batch.weights == nullptr ? broadcast(1.0F) : load(batch.weights + static_cast<int64_t>(k) * kLanes);
     const Lanes visible = wanted ? seen * weight : Lanes{};
-    if (packet.seen != nullptr) {
-      __builtin_memcpy(packet.seen + static_cast<int64_t>(k) * kLanes, &visible, sizeof(visible));
+    if (batch.visibility != nullptr) {
+      __builtin_memcpy(batch.visibility + static_cast<int64_t>(k) * kLanes, &visible, sizeof(visible));
     }
-    Lanes counted[Images];
-    count<Images>(packet, direction, visible, wanted, dot(direction, frames.axis[packet.foot[k]]), counted);
-    const LaneMask first = to_lanes(packet.halves[k]);
+    Lanes contribution[Images];
+    contribute<Images>(batch, direction, visible, wanted, dot(direction, frames.axis[batch.footprint_points[k]]),
+                       contribution);
+    const LaneMask first = to_lanes(batch.first_half[k]);
     for (int image = 0; image < Images; ++image) {
-      total[image] += counted[image];
-      first_half[image] += first ? counted[image] : Lanes{};
+      total[image] += contribution[image];
+      first_half[image] += first ? contribution[image] : Lanes{};
     }
   }
   for (int image = 0; image < Images; ++image) {
@@ -354,27 +357,29 @@ void trace_images(const Packet &packet, const Group &group, const Frames &frames
 }
 
 template <int W>
-void trace(const Packet &packet, const Group &group, const Frames &frames, const LaneMask &active, PacketSums &sums,
-           int64_t &embree_cycles) {
-  switch (packet.counts) {
-  case OB_COUNTS_BENT:
-    return trace_images<W, images_of(OB_COUNTS_BENT)>(packet, group, frames, active, sums, embree_cycles);
-  case OB_COUNTS_LIGHT:
-    return trace_images<W, images_of(OB_COUNTS_LIGHT)>(packet, group, frames, active, sums, embree_cycles);
+void trace(const RayBatch &batch, const TexelGroup &group, const Frames &frames, const LaneMask &active,
+           RayBatchSums &sums, int64_t &embree_cycles) {
+  switch (batch.accumulator) {
+  case OB_ACCUMULATOR_BENT:
+    return trace_images<W, images_of(OB_ACCUMULATOR_BENT)>(batch, group, frames, active, sums, embree_cycles);
+  case OB_ACCUMULATOR_LIGHT:
+    return trace_images<W, images_of(OB_ACCUMULATOR_LIGHT)>(batch, group, frames, active, sums, embree_cycles);
   default:
-    return trace_images<W, images_of(OB_COUNTS_VISIBILITY)>(packet, group, frames, active, sums, embree_cycles);
+    return trace_images<W, images_of(OB_ACCUMULATOR_VISIBILITY)>(batch, group, frames, active, sums, embree_cycles);
   }
 }
 
 } // namespace
 } // namespace ob
 
-#include "smooth_code.h"
+#include "surface_filter_code.h"
 
 namespace ob {
 namespace {
 
-constexpr PacketCode kCode = {spread_feet, place, aim, align, {trace<1>, trace<4>, trace<8>, trace<16>}, guide, smooth};
+constexpr PacketCode kCode = {
+    spread_points, interpolate, build_frames, build_tangent_frames, {trace<1>, trace<4>, trace<8>, trace<16>},
+    compute_guide, filter};
 
 } // namespace
 } // namespace ob

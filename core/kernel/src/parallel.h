@@ -19,23 +19,23 @@ inline int thread_count(int32_t asked) {
 }
 
 // Threads that are waited for, whatever happens.
-class Crew {
+class ThreadGroup {
 public:
-  Crew() = default;
-  Crew(const Crew &) = delete;
-  Crew &operator=(const Crew &) = delete;
-  ~Crew() {
-    for (std::thread &member : members_) {
-      member.join();
+  ThreadGroup() = default;
+  ThreadGroup(const ThreadGroup &) = delete;
+  ThreadGroup &operator=(const ThreadGroup &) = delete;
+  ~ThreadGroup() {
+    for (std::thread &thread : threads_) {
+      thread.join();
     }
   }
 
   // Up to `count` threads that run the job; fewer where the system gives no more.
-  template <typename Job> void hire(int64_t count, const Job &job) {
+  template <typename Job> void start(int64_t count, const Job &job) {
     try {
-      members_.reserve(static_cast<size_t>(count));
+      threads_.reserve(static_cast<size_t>(count));
       for (int64_t i = 0; i < count; ++i) {
-        members_.emplace_back(job);
+        threads_.emplace_back(job);
       }
     } catch (const std::exception &) {
       return;
@@ -43,7 +43,7 @@ public:
   }
 
 private:
-  std::vector<std::thread> members_;
+  std::vector<std::thread> threads_;
 };
 
 // Calls worker(next) on each thread, the caller's among them; next() hands out 0, 1, … count - 1 and then -1.
@@ -65,8 +65,8 @@ template <typename Worker> void run_parallel(int threads, int64_t count, Worker 
     }
   };
   {
-    Crew others;
-    others.hire(std::min<int64_t>(threads, count) - 1, guarded_worker);
+    ThreadGroup others;
+    others.start(std::min<int64_t>(threads, count) - 1, guarded_worker);
     guarded_worker();
   }
   if (failure) {

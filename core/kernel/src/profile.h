@@ -1,5 +1,5 @@
-// Builds for profiling count processor cycles, and take from the environment what measurements turn. Elsewhere nothing
-// is counted, and every lever stands at what ships.
+// Builds for profiling count processor cycles, and take from the environment what measurements vary. Elsewhere nothing
+// is counted, and every tunable has the value that ships.
 #pragma once
 
 #include <cstdint>
@@ -15,14 +15,14 @@ namespace {
 #if defined(OCCLUSION_PROFILE)
 inline int64_t cycles() { return static_cast<int64_t>(__rdtsc()); }
 
-inline int lever(const char *name, int ships) {
-  const char *turned = getenv(name);
-  return turned == nullptr ? ships : atoi(turned);
+inline int tunable(const char *name, int shipped) {
+  const char *value = getenv(name);
+  return value == nullptr ? shipped : atoi(value);
 }
 #else
 inline int64_t cycles() { return 0; }
 
-constexpr int lever(const char * /*name*/, int ships) { return ships; }
+constexpr int tunable(const char * /*name*/, int shipped) { return shipped; }
 #endif
 
 } // namespace

@@ -20,7 +20,7 @@ namespace {
 }
 
 // Of scenes and of what is in them: a scene of low quality builds each of its meshes at the mesh's own.
-int build_quality() { return lever("OCCLUSION_BUILD_QUALITY", RTC_BUILD_QUALITY_MEDIUM); }
+int build_quality() { return tunable("OCCLUSION_BUILD_QUALITY", RTC_BUILD_QUALITY_MEDIUM); }
 
 } // namespace
 
@@ -31,24 +31,24 @@ Device::~Device() {
   // The library stays loaded: Embree's and TBB's threads may outlive the device, and their code must not go away.
 }
 
-Geometry::Geometry(std::shared_ptr<Device> owner)
+EmbreeScene::EmbreeScene(std::shared_ptr<Device> owner)
     : device(std::move(owner)), handle(device->embree.new_scene(device->handle)) {
   if (handle == nullptr) {
     throw_no_memory(*device);
   }
   // Robust: no ray slips between two triangles that share an edge.
-  device->embree.set_scene_flags(handle, lever("OCCLUSION_SCENE_FLAGS", RTC_SCENE_FLAG_ROBUST));
+  device->embree.set_scene_flags(handle, tunable("OCCLUSION_SCENE_FLAGS", RTC_SCENE_FLAG_ROBUST));
   device->embree.set_scene_build_quality(handle, build_quality());
 }
 
-Geometry::~Geometry() { device->embree.release_scene(handle); }
+EmbreeScene::~EmbreeScene() { device->embree.release_scene(handle); }
 
 Rays<1> one_ray(const float *from, const float *along, float reach, uint32_t id) {
   return {{from[0]},  {from[1]}, {from[2]}, {0.0F}, {along[0]}, {along[1]},
           {along[2]}, {0.0F},    {reach},   {~0U},  {id},       {0U}};
 }
 
-bool intersect(const Geometry &scene, RayHit &hit) {
+bool intersect(const EmbreeScene &scene, RayHit &hit) {
   RTCIntersectArguments arguments{};
   arguments.feature_mask = RTC_FEATURE_FLAG_ALL;
   hit.geometry = hit.instance[0] = RTC_INVALID_GEOMETRY_ID;
@@ -103,21 +103,21 @@ void copy_to_buffer(const Device &device, RTCGeometry geometry, int type, int fo
   std::memcpy(buffer, from, count * kStride);
 }
 
-void attach(const Geometry &scene, RTCGeometry geometry) {
+void attach(const EmbreeScene &scene, RTCGeometry geometry) {
   const Embree &embree = scene.device->embree;
   embree.commit_geometry(geometry);
   embree.attach_geometry(scene.handle, geometry);
   embree.release_geometry(geometry);
 }
 
-// What a mesh is told to let through, beside its triangles.
-struct Through {
+// What of a mesh lets rays through: told beside its triangles.
+struct RayFilterSettings {
   const ob_cutout *cutout;
   bool front_only;
 };
 
-int32_t add_triangles(Geometry &scene, const float *vertices, int64_t vertex_count, const int32_t *triangles,
-                      int64_t triangle_count, const Through &through) {
+int32_t add_triangles(EmbreeScene &scene, const float *vertices, int64_t vertex_count, const int32_t *triangles,
+                      int64_t triangle_count, const RayFilterSettings &filter_settings) {
   if (vertices == nullptr || triangles == nullptr || vertex_count <= 0 || triangle_count <= 0) {
     return fail(OB_INVALID, "a mesh without vertices or triangles");
   }
@@ -127,14 +127,14 @@ int32_t add_triangles(Geometry &scene, const float *vertices, int64_t vertex_cou
   if (!indices_within(triangles, triangle_count, vertex_count)) {
     return fail(OB_INVALID, "a triangle names a vertex that does not exist");
   }
-  if (through.cutout != nullptr) {
-    if (const char *wrong = complaint(*through.cutout, triangle_count)) {
+  if (filter_settings.cutout != nullptr) {
+    if (const char *wrong = validation_error(*filter_settings.cutout, triangle_count)) {
       return fail(OB_INVALID, wrong);
     }
   }
-  std::shared_ptr<Pass> pass;
-  if (through.cutout != nullptr || through.front_only) {
-    pass = std::make_shared<Pass>(through.cutout, through.front_only);
+  std::shared_ptr<RayFilter> ray_filter;
+  if (filter_settings.cutout != nullptr || filter_settings.front_only) {
+    ray_filter = std::make_shared<RayFilter>(filter_settings.cutout, filter_settings.front_only);
   }
   const Device &device = *scene.device;
   const RTCGeometry geometry = device.embree.new_geometry(device.handle, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -143,9 +143,9 @@ int32_t add_triangles(Geometry &scene, const float *vertices, int64_t vertex_cou
   copy_to_buffer(device, geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, vertices, corners);
   const auto faces = static_cast<size_t>(triangle_count);
   copy_to_buffer(device, geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles, faces);
-  if (pass != nullptr) {
-    set_filter(device.embree, geometry, pass.get());
-    scene.passes.push_back(std::move(pass));
+  if (ray_filter != nullptr) {
+    set_ray_filter(device.embree, geometry, ray_filter.get());
+    scene.ray_filters.push_back(std::move(ray_filter));
   }
   attach(scene, geometry);
   return embree_status(device);
@@ -154,12 +154,12 @@ int32_t add_triangles(Geometry &scene, const float *vertices, int64_t vertex_cou
 bool keep_building(void *control, double share) {
   auto *shared_control = static_cast<ob_control *>(control);
   if (shared_control != nullptr) {
-    shared(shared_control->done).store(static_cast<int64_t>(share * 1000.0), std::memory_order_relaxed);
+    as_atomic(shared_control->done).store(static_cast<int64_t>(share * 1000.0), std::memory_order_relaxed);
   }
   return !cancelled(shared_control);
 }
 
-int32_t commit(const Geometry &scene, ob_control *control) {
+int32_t commit(const EmbreeScene &scene, ob_control *control) {
   const Embree &embree = scene.device->embree;
   begin(control, 1000);
   embree.set_scene_progress_monitor(scene.handle, keep_building, control);
@@ -221,11 +221,12 @@ int32_t ob_mesh_build(ob_device *device, const float *vertices, int64_t vertex_c
     if (device == nullptr || mesh == nullptr) {
       return ob::fail(OB_INVALID, "ob_mesh_build without a device or a place for its result");
     }
-    std::unique_ptr<ob_mesh> built(new ob_mesh{ob::Geometry(device->shared)});
-    const ob::Through through{cutout, front_only != 0};
-    int32_t status = ob::add_triangles(built->geometry, vertices, vertex_count, triangles, triangle_count, through);
+    std::unique_ptr<ob_mesh> built(new ob_mesh{ob::EmbreeScene(device->shared)});
+    const ob::RayFilterSettings filter_settings{cutout, front_only != 0};
+    int32_t status =
+        ob::add_triangles(built->embree_scene, vertices, vertex_count, triangles, triangle_count, filter_settings);
     if (status == OB_OK) {
-      status = ob::commit(built->geometry, control);
+      status = ob::commit(built->embree_scene, control);
     }
     if (status == OB_OK) {
       *mesh = built.release();
@@ -241,7 +242,7 @@ int32_t ob_scene_begin(ob_device *device, ob_scene **scene) {
     if (device == nullptr || scene == nullptr) {
       return ob::fail(OB_INVALID, "ob_scene_begin without a device or a place for its result");
     }
-    *scene = new ob_scene{ob::Geometry(device->shared)};
+    *scene = new ob_scene{ob::EmbreeScene(device->shared)};
     return OB_OK;
   });
 }
@@ -252,8 +253,8 @@ int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t v
     if (scene == nullptr || scene->committed) {
       return ob::fail(OB_INVALID, "geometry for no scene, or for one that is built already");
     }
-    const ob::Through through{cutout, front_only != 0};
-    return ob::add_triangles(scene->geometry, vertices, vertex_count, triangles, triangle_count, through);
+    const ob::RayFilterSettings filter_settings{cutout, front_only != 0};
+    return ob::add_triangles(scene->embree_scene, vertices, vertex_count, triangles, triangle_count, filter_settings);
   });
 }
 
@@ -262,20 +263,20 @@ int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matr
     if (scene == nullptr || scene->committed || mesh == nullptr || matrices == nullptr || count < 0) {
       return ob::fail(OB_INVALID, "instances without a mesh or matrices, or for a scene that is built already");
     }
-    if (mesh->geometry.device != scene->geometry.device) {
+    if (mesh->embree_scene.device != scene->embree_scene.device) {
       return ob::fail(OB_INVALID, "instances of a mesh that was built on another device than the scene");
     }
-    ob::Geometry &geometry = scene->geometry;
-    const ob::Embree &embree = geometry.device->embree;
-    const auto &passes = mesh->geometry.passes;
-    geometry.passes.insert(geometry.passes.end(), passes.begin(), passes.end());
+    ob::EmbreeScene &embree_scene = scene->embree_scene;
+    const ob::Embree &embree = embree_scene.device->embree;
+    const auto &ray_filters = mesh->embree_scene.ray_filters;
+    embree_scene.ray_filters.insert(embree_scene.ray_filters.end(), ray_filters.begin(), ray_filters.end());
     for (int64_t i = 0; i < count; ++i) {
-      const ob::RTCGeometry instance = embree.new_geometry(geometry.device->handle, ob::RTC_GEOMETRY_TYPE_INSTANCE);
-      embree.set_geometry_instanced_scene(instance, mesh->geometry.handle);
+      const ob::RTCGeometry instance = embree.new_geometry(embree_scene.device->handle, ob::RTC_GEOMETRY_TYPE_INSTANCE);
+      embree.set_geometry_instanced_scene(instance, mesh->embree_scene.handle);
       embree.set_geometry_transform(instance, 0, ob::RTC_FORMAT_FLOAT3X4_ROW_MAJOR, matrices + 12 * i);
-      ob::attach(geometry, instance);
+      ob::attach(embree_scene, instance);
     }
-    return ob::embree_status(*geometry.device);
+    return ob::embree_status(*embree_scene.device);
   });
 }
 
@@ -284,7 +285,7 @@ int32_t ob_scene_commit(ob_scene *scene, ob_control *control) {
     if (scene == nullptr || scene->committed) {
       return ob::fail(OB_INVALID, "no scene to build, or one that is built already");
     }
-    const int32_t status = ob::commit(scene->geometry, control);
+    const int32_t status = ob::commit(scene->embree_scene, control);
     scene->committed = status == OB_OK;
     return status;
   });
@@ -304,8 +305,8 @@ int32_t ob_visible(ob_scene *scene, const float *origins, const float *direction
     ob::RTCOccludedArguments arguments{};
     arguments.feature_mask = ob::RTC_FEATURE_FLAG_ALL;
     for (int64_t i = 0; i < count; ++i) {
-      ob::Rays<1> ray = ob::one_ray(origins + 3 * i, directions + 3 * i, distance, ob::kPasses);
-      scene->geometry.device->embree.occluded1(scene->geometry.handle, &ray, &arguments);
+      ob::Rays<1> ray = ob::one_ray(origins + 3 * i, directions + 3 * i, distance, ob::kVisibilityRay);
+      scene->embree_scene.device->embree.occluded1(scene->embree_scene.handle, &ray, &arguments);
       visible[i] = ray.tfar[0] >= 0.0F ? 1 : 0;
     }
     return OB_OK;

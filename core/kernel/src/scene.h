@@ -6,7 +6,7 @@
 
 #include "embree_api.h"
 #include "occlusion_kernel.h"
-#include "pass.h"
+#include "ray_filter.h"
 
 namespace ob {
 
@@ -22,22 +22,22 @@ struct Device {
 };
 
 // A scene of Embree's. It keeps its device, and Embree keeps the scenes that it instances.
-struct Geometry {
+struct EmbreeScene {
   std::shared_ptr<Device> device;
-  std::vector<std::shared_ptr<Pass>> passes; // of its meshes, and those it instances, that have one
+  std::vector<std::shared_ptr<RayFilter>> ray_filters; // of its meshes, and those it instances, that have one
   RTCScene handle;
 
-  explicit Geometry(std::shared_ptr<Device> owner);
-  Geometry(const Geometry &) = delete;
-  Geometry &operator=(const Geometry &) = delete;
-  ~Geometry();
+  explicit EmbreeScene(std::shared_ptr<Device> owner);
+  EmbreeScene(const EmbreeScene &) = delete;
+  EmbreeScene &operator=(const EmbreeScene &) = delete;
+  ~EmbreeScene();
 };
 
-// One ray, from three numbers along three, as many of their lengths far. id: kMeetsAll or kPasses.
-Rays<1> one_ray(const float *from, const float *along, float reach, uint32_t id = kMeetsAll);
+// One ray, from three numbers along three, as many of their lengths far. id: kSurfaceRay or kVisibilityRay.
+Rays<1> one_ray(const float *from, const float *along, float reach, uint32_t id = kSurfaceRay);
 
 // Finds what the hit's ray meets first. Returns whether there is anything.
-bool intersect(const Geometry &scene, RayHit &hit);
+bool intersect(const EmbreeScene &scene, RayHit &hit);
 
 } // namespace ob
 
@@ -46,10 +46,10 @@ struct ob_device {
 };
 
 struct ob_mesh {
-  ob::Geometry geometry;
+  ob::EmbreeScene embree_scene;
 };
 
 struct ob_scene {
-  ob::Geometry geometry;
+  ob::EmbreeScene embree_scene;
   bool committed = false;
 };

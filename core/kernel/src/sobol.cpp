@@ -58,7 +58,7 @@ Point4 sobol(uint32_t index) {
 Point4 scrambled_sobol(uint32_t index, uint32_t seed) {
   Point4 point = sobol(index);
   for (unsigned dimension = 0; dimension < 4; ++dimension) {
-    point.x[dimension] = owen(point.x[dimension], mix(seed, dimension));
+    point.x[dimension] = owen_scramble(point.x[dimension], mix(seed, dimension));
   }
   return point;
 }

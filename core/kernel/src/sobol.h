@@ -21,7 +21,7 @@ template <typename Bits> constexpr Bits mix(Bits x) {
 
 constexpr uint32_t mix(uint32_t a, uint32_t b) { return mix(a ^ (mix(b) + 0x9e3779b9U + (a << 6) + (a >> 2))); }
 
-template <typename Bits> constexpr Bits reversed(Bits x) {
+template <typename Bits> constexpr Bits reversed_bits(Bits x) {
   x = ((x >> 1) & 0x55555555U) | ((x & 0x55555555U) << 1);
   x = ((x >> 2) & 0x33333333U) | ((x & 0x33333333U) << 2);
   x = ((x >> 4) & 0x0f0f0f0fU) | ((x & 0x0f0f0f0fU) << 4);
@@ -31,14 +31,14 @@ template <typename Bits> constexpr Bits reversed(Bits x) {
 
 // A hash in which each bit depends on the bits below it alone: on reversed bits, an Owen scramble (Laine & Karras 2011,
 // Burley 2020; constants by N. Vegdahl).
-template <typename Bits> constexpr Bits owen(Bits x, Bits seed) {
-  x = reversed(x);
+template <typename Bits> constexpr Bits owen_scramble(Bits x, Bits seed) {
+  x = reversed_bits(x);
   x ^= x * 0x3d20adeaU;
   x += seed;
   x *= (seed >> 16) | 1U;
   x ^= x * 0x05526c56U;
   x ^= x * 0x53a22864U;
-  return reversed(x);
+  return reversed_bits(x);
 }
 
 constexpr float to_unit(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24F; } // [0, 1)

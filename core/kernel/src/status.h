@@ -25,25 +25,25 @@ template <typename Body> int32_t guarded(Body body) {
 }
 
 // ob_control is plain C; its fields are touched from two threads, so they go through atomics here.
-template <typename Value> std::atomic<Value> &shared(Value &field) {
+template <typename Value> std::atomic<Value> &as_atomic(Value &field) {
   static_assert(sizeof(std::atomic<Value>) == sizeof(Value), "atomics of this type carry a lock");
   return reinterpret_cast<std::atomic<Value> &>(field);
 }
 
 inline bool cancelled(ob_control *control) {
-  return control != nullptr && shared(control->cancel).load(std::memory_order_relaxed) != 0;
+  return control != nullptr && as_atomic(control->cancel).load(std::memory_order_relaxed) != 0;
 }
 
 inline void begin(ob_control *control, int64_t total) {
   if (control != nullptr) {
-    shared(control->done).store(0, std::memory_order_relaxed);
-    shared(control->total).store(total, std::memory_order_relaxed);
+    as_atomic(control->done).store(0, std::memory_order_relaxed);
+    as_atomic(control->total).store(total, std::memory_order_relaxed);
   }
 }
 
 inline void advance(ob_control *control, int64_t work) {
   if (control != nullptr) {
-    shared(control->done).fetch_add(work, std::memory_order_relaxed);
+    as_atomic(control->done).fetch_add(work, std::memory_order_relaxed);
   }
 }
 

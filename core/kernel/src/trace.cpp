@@ -10,13 +10,13 @@
 #include <immintrin.h>
 #endif
 
-#include "gather.h"
+#include "direction_tables.h"
 #include "parallel.h"
 #include "profile.h"
 #include "scene.h"
 #include "sobol.h"
 #include "status.h"
-#include "tables.h"
+#include "texel_groups.h"
 
 namespace ob {
 namespace {
@@ -41,8 +41,8 @@ private:
 #endif
 };
 
-struct Job {
-  const Geometry &geometry;
+struct TraceJob {
+  const EmbreeScene &scene;
   const ob_surface &surface;
   const ob_trace_settings &settings;
   const ob_map *maps;
@@ -52,7 +52,7 @@ struct Job {
   ob_control *control;
   Plan plan;
   std::vector<Chunk> chunks;
-  Places places;
+  TexelSelection selection;
   std::vector<int32_t> tiles; // those with a texel to bake
   int64_t texels;
   const float *tangents = nullptr; // of listed texels whose cells are asked for
@@ -63,10 +63,10 @@ struct Job {
 // Where the images of a map begin.
 int32_t first_image(const ob_map *maps, int32_t map) {
   return std::accumulate(maps, maps + map, 0,
-                         [](int32_t sum, const ob_map &each) { return sum + images_of(each.counts); });
+                         [](int32_t sum, const ob_map &each) { return sum + images_of(each.accumulator); });
 }
 
-Sky sky_of(const ob_map &map, const ob_light *light) {
+LightSampling light_sampling_of(const ob_map &map, const ob_light *light) {
   const double scale = (map.exponent + 1.0) / (6.283185307179586 * share_of_lobe(map));
   return {light, static_cast<float>(map.lobe_share), static_cast<float>(map.exponent), static_cast<float>(scale),
           static_cast<float>(map.cosine)};
@@ -82,34 +82,34 @@ TraceFunction choose_trace(const PacketCode &code, int width) {
 // One thread's work on one chunk of rays.
 class Worker {
 public:
-  Worker(const Job &job, size_t chunk, const Schedule &schedule, const std::vector<Table> &tables)
+  Worker(const TraceJob &job, size_t chunk, const Schedule &schedule, const std::vector<DirectionTable> &tables)
       : job_(job), schedule_(schedule), tables_(tables), code_(choose_code(job.settings.packet_width)),
         trace_(choose_trace(code_, job.settings.packet_width)),
-        feet_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)} {}
+        pattern_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)} {}
 
-  void bake_tile(int32_t tile) {
-    const bool listed = job_.places.list != nullptr;
-    const int32_t x = listed ? tile : tile % job_.places.tiles_wide;
-    const int32_t y = listed ? -1 : tile / job_.places.tiles_wide;
+  void trace_tile(int32_t tile) {
+    const bool listed = job_.selection.list != nullptr;
+    const int32_t x = listed ? tile : tile % job_.selection.tiles_wide;
+    const int32_t y = listed ? -1 : tile / job_.selection.tiles_wide;
     const uint32_t hash = mix(mix(job_.plan.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y));
     set_ = hash % static_cast<uint32_t>(schedule_.sets);
     const float turn = 6.28318531F * to_unit(mix(hash, 1U));
     cos_turn_ = std::cos(turn);
     sin_turn_ = std::sin(turn);
     for (int group = 0; group < kGroups && !cancelled(job_.control); ++group) {
-      bake_group(tile, group);
+      trace_group(tile, group);
     }
   }
 
   int64_t embree_cycles() const { return embree_cycles_; }
 
 private:
-  void bake_group(int32_t tile, int group) {
-    const int active = gather(job_.places, tile, group, feet_, code_, group_);
+  void trace_group(int32_t tile, int group) {
+    const int active = gather_group(job_.selection, tile, group, pattern_, code_, group_);
     if (active == 0) {
       return;
     }
-    code_.place(group_, feet_.side * feet_.side, frames_);
+    code_.interpolate(group_, pattern_.side * pattern_.side, frames_);
     if (job_.cells != nullptr) {
       gather_tangents(tile, group);
     }
@@ -127,35 +127,35 @@ private:
     std::memcpy(viewer.position, settings.viewer, sizeof(viewer.position));
     std::memcpy(viewer.forward, settings.forward, sizeof(viewer.forward));
     if (job_.cells != nullptr) {
-      code_.align(group_, feet_.side * feet_.side, frames_);
+      code_.build_tangent_frames(group_, pattern_.side * pattern_.side, frames_);
     } else {
-      code_.aim(viewer, feet_.side * feet_.side, cos_turn_, sin_turn_, frames_);
+      code_.build_frames(viewer, pattern_.side * pattern_.side, cos_turn_, sin_turn_, frames_);
     }
     const LaneMask active = reflected ? facing(viewer) : group_.active;
     const size_t first = (set_ * kGroups + static_cast<size_t>(group)) * static_cast<size_t>(schedule_.rays);
-    const Table &table = tables_[static_cast<size_t>(index)];
+    const DirectionTable &table = tables_[static_cast<size_t>(index)];
     const float *weights = table.weights.empty() ? nullptr : table.weights.data() + first * kLanes;
-    const bool below = reflected || map.sampler == OB_SAMPLE_SPHERE || map.counts == OB_COUNTS_LIGHT;
-    const uint16_t *worlds = table.worlds.empty() ? nullptr : table.worlds.data() + first;
-    seen_.resize(job_.cells == nullptr ? 0 : static_cast<size_t>(schedule_.rays) * kLanes);
-    const Packet packet{&job_.geometry.device->embree,
-                        job_.geometry.handle,
-                        settings.distance,
-                        settings.nearest,
-                        settings.falloff,
-                        map.counts,
-                        sky_of(map, settings.light),
-                        settings.incoherent != 0,
-                        schedule_.rays,
-                        below,
-                        table.directions.data() + first * 3 * kLanes,
-                        weights,
-                        schedule_.foot.data() + first,
-                        schedule_.halves.data() + first,
-                        worlds,
-                        job_.cells == nullptr ? nullptr : seen_.data()};
-    PacketSums sums{};
-    trace_(packet, group_, frames_, active, sums, embree_cycles_);
+    const bool below = reflected || map.sampler == OB_SAMPLE_SPHERE || map.accumulator == OB_ACCUMULATOR_LIGHT;
+    const uint16_t *world_space = table.world_space.empty() ? nullptr : table.world_space.data() + first;
+    visibility_.resize(job_.cells == nullptr ? 0 : static_cast<size_t>(schedule_.rays) * kLanes);
+    const RayBatch batch{&job_.scene.device->embree,
+                         job_.scene.handle,
+                         settings.distance,
+                         settings.nearest,
+                         settings.falloff,
+                         map.accumulator,
+                         light_sampling_of(map, settings.light),
+                         settings.incoherent != 0,
+                         schedule_.rays,
+                         below,
+                         table.directions.data() + first * 3 * kLanes,
+                         weights,
+                         schedule_.footprint_points.data() + first,
+                         schedule_.first_half.data() + first,
+                         world_space,
+                         job_.cells == nullptr ? nullptr : visibility_.data()};
+    RayBatchSums sums{};
+    trace_(batch, group_, frames_, active, sums, embree_cycles_);
     if (job_.cells == nullptr) {
       store(index, tile, group, active, sums);
     } else {
@@ -166,11 +166,11 @@ private:
   void gather_tangents(int32_t tile, int group) {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (group_.active[lane] != 0) {
-        const float *tangent = job_.tangents + 4 * job_.places.at(tile, group, lane).slot;
+        const float *tangent = job_.tangents + 4 * job_.selection.at(tile, group, lane).slot;
         group_.tangent.x[lane] = tangent[0];
         group_.tangent.y[lane] = tangent[1];
         group_.tangent.z[lane] = tangent[2];
-        group_.handed[lane] = tangent[3] < 0.0F ? -1.0F : 1.0F;
+        group_.handedness[lane] = tangent[3] < 0.0F ? -1.0F : 1.0F;
       }
     }
   }
@@ -182,9 +182,9 @@ private:
       if (group_.active[lane] == 0) {
         continue;
       }
-      float *own = job_.cells + job_.places.at(tile, group, lane).slot * count;
-      for (auto at = static_cast<size_t>(lane); at < seen_.size(); at += kLanes) {
-        own[cells[at]] += seen_[at] * share;
+      float *own = job_.cells + job_.selection.at(tile, group, lane).slot * count;
+      for (auto at = static_cast<size_t>(lane); at < visibility_.size(); at += kLanes) {
+        own[cells[at]] += visibility_[at] * share;
       }
     }
   }
@@ -192,9 +192,9 @@ private:
   // The lanes whose texel, at the mean of its footprint, does not turn its back to the viewer.
   LaneMask facing(const Viewer &viewer) const {
     Lanes toward{};
-    for (int foot = 0; foot < feet_.side * feet_.side; ++foot) {
-      const Lanes3 &p = frames_.position[foot];
-      const Lanes3 &n = frames_.normal[foot];
+    for (int point = 0; point < pattern_.side * pattern_.side; ++point) {
+      const Lanes3 &p = frames_.position[point];
+      const Lanes3 &n = frames_.normal[point];
       const bool along = viewer.orthographic;
       const float *f = viewer.forward;
       const float *v = viewer.position;
@@ -204,16 +204,16 @@ private:
     return group_.active & (toward > 0.0F);
   }
 
-  void store(int32_t map, int32_t tile, int group, const LaneMask &traced, const PacketSums &sums) {
+  void store(int32_t map, int32_t tile, int group, const LaneMask &traced, const RayBatchSums &sums) {
     const int32_t first = first_image(job_.maps, map);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (group_.active[lane] == 0) {
         continue;
       }
-      const int64_t slot = job_.places.at(tile, group, lane).slot;
+      const int64_t slot = job_.selection.at(tile, group, lane).slot;
       // A texel with its back to the viewer in one chunk has no value; of several images the first one says so.
       const bool valued = traced[lane] != 0 && job_.sums[first][slot] >= 0.0F;
-      for (int image = 0; image < images_of(job_.maps[map].counts); ++image) {
+      for (int image = 0; image < images_of(job_.maps[map].accumulator); ++image) {
         add(job_.sums[first + image][slot], valued, sums.all[image][lane]);
         if (job_.halves != nullptr && job_.halves[first + image] != nullptr) {
           add(job_.halves[first + image][slot], valued, sums.first_half[image][lane]);
@@ -224,31 +224,31 @@ private:
 
   static void add(float &sum, bool valued, float more) { sum = valued ? sum + more : -1.0F; }
 
-  const Job &job_;
+  const TraceJob &job_;
   const Schedule &schedule_;
-  const std::vector<Table> &tables_;
+  const std::vector<DirectionTable> &tables_;
   const PacketCode &code_;
   TraceFunction trace_;
-  Feet feet_;
+  FootprintPattern pattern_;
   size_t set_ = 0;
   float cos_turn_ = 1.0F;
   float sin_turn_ = 0.0F;
   int64_t embree_cycles_ = 0;
-  std::vector<float> seen_; // V of the rays of a group whose cells are asked for
-  Group group_{};
+  std::vector<float> visibility_; // V of the rays of a group whose cells are asked for
+  TexelGroup group_{};
   Frames frames_{};
 };
 
-void find_tiles(Job &job) {
+void find_tiles(TraceJob &job) {
   const ob_surface &surface = job.surface;
-  if (job.places.list != nullptr) {
-    job.texels = job.places.count;
+  if (job.selection.list != nullptr) {
+    job.texels = job.selection.count;
     const int64_t tiles = (job.texels + kGroups * kLanes - 1) / (kGroups * kLanes);
     job.tiles.resize(static_cast<size_t>(tiles));
     std::iota(job.tiles.begin(), job.tiles.end(), 0);
     return;
   }
-  const int32_t tiles_wide = job.places.tiles_wide;
+  const int32_t tiles_wide = job.selection.tiles_wide;
   const int32_t tiles_high = (surface.height + kTile - 1) / kTile;
   std::vector<uint8_t> used(static_cast<size_t>(tiles_wide) * static_cast<size_t>(tiles_high));
   for (int32_t y = 0; y < surface.height; ++y) {
@@ -268,15 +268,15 @@ void find_tiles(Job &job) {
   }
 }
 
-void clear_sums(const Job &job) {
+void clear_sums(const TraceJob &job) {
   if (job.cells != nullptr) {
-    std::fill_n(job.cells, job.places.count * job.side * job.side, 0.0F);
+    std::fill_n(job.cells, job.selection.count * job.side * job.side, 0.0F);
     return;
   }
   const int32_t images = first_image(job.maps, job.map_count);
-  if (job.places.list != nullptr) {
+  if (job.selection.list != nullptr) {
     for (int32_t image = 0; image < images; ++image) {
-      std::fill_n(job.sums[image], job.places.count, 0.0F);
+      std::fill_n(job.sums[image], job.selection.count, 0.0F);
     }
     return;
   }
@@ -293,26 +293,27 @@ void clear_sums(const Job &job) {
   }
 }
 
-void trace_chunk(const Job &job, size_t chunk, const Schedule &schedule, const std::vector<Table> &tables) {
+void trace_chunk(const TraceJob &job, size_t chunk, const Schedule &schedule,
+                 const std::vector<DirectionTable> &tables) {
   run_parallel(thread_count(job.settings.threads), static_cast<int64_t>(job.tiles.size()), [&](auto next) {
     [[maybe_unused]] const FlushDenormals flush; // nothing where the processor is not x86
     const int64_t start = cycles();
     Worker worker(job, chunk, schedule, tables);
     for (int64_t piece = next(); piece >= 0 && !cancelled(job.control); piece = next()) {
-      worker.bake_tile(job.tiles[static_cast<size_t>(piece)]);
+      worker.trace_tile(job.tiles[static_cast<size_t>(piece)]);
     }
     embree_cycles += worker.embree_cycles();
     all_cycles += cycles() - start;
   });
 }
 
-int32_t trace(Job &job) {
+int32_t trace(TraceJob &job) {
   find_tiles(job);
   clear_sums(job);
   begin(job.control, job.texels * job.settings.rays * job.map_count);
   const int threads = thread_count(job.settings.threads);
   Schedule schedule;
-  std::vector<Table> tables;
+  std::vector<DirectionTable> tables;
   for (size_t chunk = 0; chunk < job.chunks.size() && !cancelled(job.control); ++chunk) {
     const int64_t start = cycles();
     fill_tables(job.plan, job.chunks[chunk], job.maps, job.map_count, job.settings.light, job.side, threads, schedule,
@@ -324,11 +325,11 @@ int32_t trace(Job &job) {
 }
 
 bool usable(const ob_light &light) {
-  return light.radiance != nullptr && light.density != nullptr && light.rows != nullptr && light.columns != nullptr &&
-         light.size >= 1 && light.size <= 4096;
+  return light.radiance != nullptr && light.density != nullptr && light.row_cdf != nullptr &&
+         light.column_cdf != nullptr && light.size >= 1 && light.size <= 4096;
 }
 
-const char *complaint(const ob_trace_settings &settings) {
+const char *validation_error(const ob_trace_settings &settings) {
   if (settings.rays < 1 || settings.rays > kMostRays) {
     return "rays must be 1 to 1048576";
   }
@@ -356,21 +357,21 @@ const char *complaint(const ob_trace_settings &settings) {
 
 bool within_unit(double x) { return x >= 0.0 && x <= 1.0; }
 
-const char *complaint(const ob_map *maps, int32_t map_count, float *const *sums) {
+const char *validation_error(const ob_map *maps, int32_t map_count, float *const *sums) {
   if (maps == nullptr || map_count < 1 || sums == nullptr) {
     return "no maps, or no place for their sums";
   }
   for (int32_t i = 0; i < map_count; ++i) {
     const ob_map &map = maps[i];
-    if (map.counts < OB_COUNTS_VISIBILITY || map.counts > OB_COUNTS_LIGHT || !within_unit(map.lobe_share) ||
-        !within_unit(map.cosine) || !(share_of_lobe(map) > 0.0)) {
-      return "a map that counts nothing known, or a narrowest cosine or share of the lobe that is not within 0 and 1";
+    if (map.accumulator < OB_ACCUMULATOR_VISIBILITY || map.accumulator > OB_ACCUMULATOR_LIGHT ||
+        !within_unit(map.lobe_share) || !within_unit(map.cosine) || !(share_of_lobe(map) > 0.0)) {
+      return "a map with an unknown accumulator, or a narrowest cosine or share of the lobe that is not within 0 and 1";
     }
-    if (map.counts == OB_COUNTS_LIGHT && map.sampler != OB_SAMPLE_LOBE) {
-      return "a map that counts light draws rays from its lobe and the light";
+    if (map.accumulator == OB_ACCUMULATOR_LIGHT && map.sampler != OB_SAMPLE_LOBE) {
+      return "a map of light draws rays from its lobe and the light";
     }
     const int32_t first = first_image(maps, i);
-    if (std::any_of(sums + first, sums + first + images_of(map.counts),
+    if (std::any_of(sums + first, sums + first + images_of(map.accumulator),
                     [](const float *image) { return image == nullptr; })) {
       return "a map without a place for its sums";
     }
@@ -385,11 +386,12 @@ const char *complaint(const ob_map *maps, int32_t map_count, float *const *sums)
   return nullptr;
 }
 
-// Maps about the reflected direction need to know where the viewer is, those that count light what that is.
-const char *complaint(const ob_map *maps, int32_t map_count, const ob_trace_settings &settings) {
-  const bool lit = std::any_of(maps, maps + map_count, [](const ob_map &map) { return map.counts == OB_COUNTS_LIGHT; });
+// Maps about the reflected direction need to know where the viewer is, those of light what that is.
+const char *validation_error(const ob_map *maps, int32_t map_count, const ob_trace_settings &settings) {
+  const bool lit =
+      std::any_of(maps, maps + map_count, [](const ob_map &map) { return map.accumulator == OB_ACCUMULATOR_LIGHT; });
   if (lit && settings.light == nullptr) {
-    return "maps count light, and there is none";
+    return "maps of light, and there is none";
   }
   const bool reflected =
       std::any_of(maps, maps + map_count, [](const ob_map &map) { return map.axis == OB_AXIS_REFLECTED; });
@@ -399,15 +401,15 @@ const char *complaint(const ob_map *maps, int32_t map_count, const ob_trace_sett
 }
 
 // What no tracing can do without.
-const char *complaint(const ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings) {
+const char *validation_error(const ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings) {
   if (scene == nullptr || !scene->committed || settings == nullptr) {
     return "tracing without a built scene or settings";
   }
-  const char *wrong = surface_complaint(surface);
-  return wrong != nullptr ? wrong : complaint(*settings);
+  const char *wrong = surface_validation_error(surface);
+  return wrong != nullptr ? wrong : validation_error(*settings);
 }
 
-const char *complaint(const ob_surface &surface, const int64_t *texels, int64_t count) {
+const char *validation_error(const ob_surface &surface, const int64_t *texels, int64_t count) {
   const int64_t end = static_cast<int64_t>(surface.width) * surface.height;
   const bool owned = std::all_of(texels, texels + count,
                                  [&](int64_t texel) { return texel >= 0 && texel < end && surface.owner[texel] >= 0; });
@@ -416,20 +418,20 @@ const char *complaint(const ob_surface &surface, const int64_t *texels, int64_t 
 
 ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) {
   if (settings.packet_width == 0) {
-    settings.packet_width = scene.geometry.device->native_width;
+    settings.packet_width = scene.embree_scene.device->native_width;
   }
   return settings;
 }
 
-int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
-                     int32_t map_count, const int64_t *texels, int64_t count, float *const *sums, float *const *halves,
-                     ob_control *control) {
-  for (const char *wrong : {complaint(scene, surface, settings), complaint(maps, map_count, sums)}) {
+int32_t trace_selection(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                        const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count, float *const *sums,
+                        float *const *halves, ob_control *control) {
+  for (const char *wrong : {validation_error(scene, surface, settings), validation_error(maps, map_count, sums)}) {
     if (wrong != nullptr) {
       return fail(OB_INVALID, wrong);
     }
   }
-  for (const char *wrong : {complaint(maps, map_count, *settings), complaint(*surface, texels, count)}) {
+  for (const char *wrong : {validation_error(maps, map_count, *settings), validation_error(*surface, texels, count)}) {
     if (wrong != nullptr) {
       return fail(OB_INVALID, wrong);
     }
@@ -439,14 +441,14 @@ int32_t trace_places(ob_scene *scene, const ob_surface *surface, const ob_trace_
   if (texels != nullptr) {
     plan.sets = std::min(plan.sets, kListSets);
   }
-  const Places places{*surface, texels, count, (surface->width + kTile - 1) / kTile};
-  Job job{scene->geometry, *surface, chosen,          maps,   map_count, sums, halves,
-          control,         plan,     chunks_of(plan), places, {},        0};
+  const TexelSelection selection{*surface, texels, count, (surface->width + kTile - 1) / kTile};
+  TraceJob job{scene->embree_scene, *surface,  chosen, maps, map_count, sums, halves, control, plan,
+               chunks_of(plan),     selection, {},     0};
   return trace(job);
 }
 
 // Rays over the hemisphere about the normal, in frames of the texels' own.
-constexpr ob_map kHemisphere{OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 0.0, 0.0, 1.0, OB_COUNTS_VISIBILITY};
+constexpr ob_map kHemisphere{OB_SAMPLE_HEMISPHERE, OB_AXIS_NORMAL, 0.0, 0.0, 1.0, OB_ACCUMULATOR_VISIBILITY};
 
 int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                     const int64_t *texels, int64_t count, const float *tangents, int32_t side, float *cells,
@@ -454,29 +456,30 @@ int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_s
   if (texels == nullptr || count < 0 || tangents == nullptr || cells == nullptr || (side != 8 && side != 16)) {
     return fail(OB_INVALID, "cells without texels, tangents or a place, or of a side other than 8 or 16");
   }
-  if (const char *wrong = complaint(scene, surface, settings)) {
+  if (const char *wrong = validation_error(scene, surface, settings)) {
     return fail(OB_INVALID, wrong);
   }
   if (settings->rays < side * side || (settings->rays & (settings->rays - 1)) != 0) {
     return fail(OB_INVALID, "cells need a power of two of rays, one a cell at least");
   }
-  if (const char *wrong = complaint(*surface, texels, count)) {
+  if (const char *wrong = validation_error(*surface, texels, count)) {
     return fail(OB_INVALID, wrong);
   }
   const ob_trace_settings chosen = with_width(*settings, *scene);
   Plan plan = plan_rays(chosen.rays, chosen.seed);
   plan.sets = std::min(plan.sets, kListSets);
-  const Places places{*surface, texels, count, 1};
-  Job job{scene->geometry, *surface, chosen, &kHemisphere, 1,     nullptr, nullptr, control, plan, chunks_of(plan),
-          places,          {},       0,      tangents,     cells, side};
+  const TexelSelection selection{*surface, texels, count, 1};
+  TraceJob job{
+      scene->embree_scene, *surface, chosen, &kHemisphere, 1,     nullptr, nullptr, control, plan, chunks_of(plan),
+      selection,           {},       0,      tangents,     cells, side};
   return trace(job);
 }
 
-void store_middle(const ob_surface &surface, Texel place, float *position, float *normal) {
-  Group group{};
+void store_centroid(const ob_surface &surface, Texel place, float *position, float *normal) {
+  TexelGroup group{};
   Frames frames{};
-  gather_middle(surface, place, group);
-  kBaselinePackets.place(group, 1, frames);
+  gather_centroid(surface, place, group);
+  kBaselinePackets.interpolate(group, 1, frames);
   const Lanes3 &p = frames.position[0];
   const Lanes3 &n = frames.normal[0];
   const float values[2][3] = {{p.x[0], p.y[0], p.z[0]}, {n.x[0], n.y[0], n.z[0]}};
@@ -491,8 +494,9 @@ extern "C" {
 
 int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
                  int32_t map_count, float *const *sums, float *const *halves, ob_control *control) {
-  return ob::guarded(
-      [&] { return ob::trace_places(scene, surface, settings, maps, map_count, nullptr, 0, sums, halves, control); });
+  return ob::guarded([&] {
+    return ob::trace_selection(scene, surface, settings, maps, map_count, nullptr, 0, sums, halves, control);
+  });
 }
 
 int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
@@ -502,7 +506,7 @@ int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_tra
     if (texels == nullptr || count < 0) {
       return ob::fail(OB_INVALID, "ob_trace_texels without a list of texels");
     }
-    return ob::trace_places(scene, surface, settings, maps, map_count, texels, count, sums, nullptr, control);
+    return ob::trace_selection(scene, surface, settings, maps, map_count, texels, count, sums, nullptr, control);
   });
 }
 
@@ -515,7 +519,7 @@ int32_t ob_trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trac
 
 int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals) {
   return ob::guarded([&]() -> int32_t {
-    if (const char *wrong = ob::surface_complaint(surface)) {
+    if (const char *wrong = ob::surface_validation_error(surface)) {
       return ob::fail(OB_INVALID, wrong);
     }
     if (positions == nullptr || normals == nullptr) {
@@ -526,7 +530,7 @@ int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *pos
         for (int32_t x = 0; x < surface->width; ++x) {
           const int64_t texel = y * surface->width + x;
           if (surface->owner[texel] >= 0) {
-            ob::store_middle(*surface, {x, static_cast<int32_t>(y)}, positions + 3 * texel, normals + 3 * texel);
+            ob::store_centroid(*surface, {x, static_cast<int32_t>(y)}, positions + 3 * texel, normals + 3 * texel);
           }
         }
       }

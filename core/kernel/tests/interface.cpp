@@ -163,8 +163,8 @@ static ob_map any_map(Draw &draw) {
   const double exponent = draw.good_or_bad({0.0, 1.0, 1e6, 1e300}, {-1e-9, -1.0, double{kNan}, double{kInfinity}});
   const double cosine = draw.good_or_bad({0.0, 0.5, 1e-300}, {-0.1, 1.0, 1.5, double{kNan}});
   const double share = draw.good_or_bad({0.0, 0.5, 1.0}, {-0.1, 1.1, double{kNan}});
-  const auto counts = draw.good_or_bad<int32_t>({OB_COUNTS_VISIBILITY}, {-1, 3, INT32_MIN});
-  return {sampler, axis, exponent, cosine, share, counts};
+  const auto accumulator = draw.good_or_bad<int32_t>({OB_ACCUMULATOR_VISIBILITY}, {-1, 3, INT32_MIN});
+  return {sampler, axis, exponent, cosine, share, accumulator};
 }
 
 static void break_the_viewer(Random &random, Draw &draw, const ob_map *maps, ob_trace_settings &settings) {
@@ -274,7 +274,7 @@ static bool hit_anything(Random &random, const Scene &built, const Scene &begun)
   return draw.broken();
 }
 
-static bool look_around_anything(Random &random, const Scene &built, const Scene &begun) {
+static bool interior_of_anything(Random &random, const Scene &built, const Scene &begun) {
   Draw draw(random, 50);
   Anything anything;
   anything.draw(random, draw);
@@ -288,9 +288,9 @@ static bool look_around_anything(Random &random, const Scene &built, const Scene
   ob_control control{};
   ob_scene *scene = draw.good_or_bad({built.get()}, {static_cast<ob_scene *>(nullptr), begun.get()});
   const auto own = draw.one_of<int32_t>({-1, 0, 1, 7, INT32_MIN, INT32_MAX});
-  check_status(draw, ob_inside(scene, draw.present(&anything.surface), own, draw.present(&texels[0]),
-                               draw.good_or_bad<int64_t>({3}, {-1, INT64_MIN}), draw.threads(), draw.present(inside),
-                               draw.optional(&control)));
+  check_status(draw, ob_interior(scene, draw.present(&anything.surface), own, draw.present(&texels[0]),
+                                 draw.good_or_bad<int64_t>({3}, {-1, INT64_MIN}), draw.threads(), draw.present(inside),
+                                 draw.optional(&control)));
   return draw.broken();
 }
 
@@ -374,6 +374,6 @@ int main(int argc, char **argv) {
   repeat(2000, 4, [&](Random &random) { return instance_anything(random, device, other, built); });
   repeat(3000, 5, [&](Random &random) { return see_anything(random, built, begun); });
   repeat(3000, 9, [&](Random &random) { return hit_anything(random, built, begun); });
-  repeat(3000, 7, [&](Random &random) { return look_around_anything(random, built, begun); });
+  repeat(3000, 7, [&](Random &random) { return interior_of_anything(random, built, begun); });
   repeat(300, 6, [&](Random &random) { return trace_anything(random, built, begun); });
 }

@@ -1,4 +1,4 @@
-// What rays may count beside V, what may let them through, and how far they look, in all widths of packets.
+// What rays may sum up beside V, what may let them through, and how far they look, in all widths of packets.
 // Argument 1: the path of an Embree library.
 #include "scenes.h"
 
@@ -159,7 +159,7 @@ static void test_cutouts_are_checked(const Device &device) {
 static void test_bent(const Device &device) {
   const Target floor = floor_of();
   const Scene scene = scene_of(device, {floor.mesh});
-  const ob_map bent = map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0, OB_COUNTS_BENT);
+  const ob_map bent = map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0, OB_ACCUMULATOR_BENT);
   for (const int32_t width : kWidths) {
     const Sums sums = trace(scene, floor, settings_of(256, width), {kAmbient, bent, kAmbient});
     must(sums.status);
@@ -225,7 +225,7 @@ static void test_light(const Device &device) {
   double means[3] = {};
   for (const int32_t width : kWidths) {
     for (int share = 0; share < 3; ++share) {
-      ob_map map = map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0, OB_COUNTS_LIGHT);
+      ob_map map = map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0, OB_ACCUMULATOR_LIGHT);
       map.lobe_share = 0.5 * share;
       ob_trace_settings settings = settings_of(1024, width);
       settings.light = &light;
@@ -238,7 +238,7 @@ static void test_light(const Device &device) {
   }
   CHECK(means[0] > 0.1 && means[0] < 0.5);
   CHECK_EQUAL(
-      trace(scene, floor, settings_of(16), {map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0, OB_COUNTS_LIGHT)}).status,
+      trace(scene, floor, settings_of(16), {map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0, OB_ACCUMULATOR_LIGHT)}).status,
       OB_INVALID); // there is none
 }
 

@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "checks.h"
-#include "gather.h"
-#include "tables.h"
+#include "direction_tables.h"
+#include "texel_groups.h"
 
 using ob::Frames;
-using ob::Group;
-using ob::kFeet;
 using ob::kLanes;
+using ob::kMostFootprintPoints;
 using ob::Lanes;
 using ob::PacketCode;
+using ob::TexelGroup;
 
 static std::vector<const PacketCode *> codes_that_run_here() {
   std::vector<const PacketCode *> codes = {&ob::kBaselinePackets};
@@ -38,9 +38,9 @@ static void fill(Random &random, float *values, size_t count, double low, double
 }
 
 // Random triangles, three lanes of four active; the last lane's normals cancel.
-static Group random_group(uint64_t seed) {
+static TexelGroup random_group(uint64_t seed) {
   Random random(seed);
-  Group group{};
+  TexelGroup group{};
   const auto numbers = [&](auto &field, double low, double high) {
     fill(random, reinterpret_cast<float *>(&field), sizeof(field) / 4, low, high);
   };
@@ -66,12 +66,12 @@ static ob::Viewer viewer(bool reflected, bool orthographic) {
   return {reflected, orthographic, {3.0F, -4.0F, 5.0F}, {0.1F, 0.7F, -0.6F}};
 }
 
-static Frames frames_of(const PacketCode &code, Group &group, const ob::Viewer &from) {
+static Frames frames_of(const PacketCode &code, TexelGroup &group, const ob::Viewer &from) {
   Frames frames;
   std::memset(static_cast<void *>(&frames), 0, sizeof(frames));
-  code.spread_feet(group, 6, 0x12345678U, 0x9abcdef0U);
-  code.place(group, kFeet, frames);
-  code.aim(from, kFeet, 0.6F, 0.8F, frames);
+  code.spread_points(group, 6, 0x12345678U, 0x9abcdef0U);
+  code.interpolate(group, kMostFootprintPoints, frames);
+  code.build_frames(from, kMostFootprintPoints, 0.6F, 0.8F, frames);
   return frames;
 }
 
@@ -84,10 +84,10 @@ template <typename Lanewise> static bool same_bits(const Lanewise &a, const Lane
 static void test_instruction_sets_agree_to_the_bit() {
   for (uint64_t seed = 0; seed < 200; ++seed) {
     for (const ob::Viewer &from : {viewer(false, false), viewer(true, false), viewer(true, true)}) {
-      Group expected_group = random_group(seed);
+      TexelGroup expected_group = random_group(seed);
       const Frames expected = frames_of(ob::kBaselinePackets, expected_group, from);
       for (const PacketCode *code : codes_that_run_here()) {
-        Group group = random_group(seed);
+        TexelGroup group = random_group(seed);
         const Frames frames = frames_of(*code, group, from);
         CHECK(same_bits(frames, expected));
         CHECK(same_bits(group, expected_group));
@@ -104,30 +104,30 @@ static double dot(const ob::Lanes3 &a, const ob::Lanes3 &b, int lane) {
 static void test_frames_are_orthonormal() {
   for (uint64_t seed = 0; seed < 50; ++seed) {
     for (const ob::Viewer &from : {viewer(false, false), viewer(true, false), viewer(true, true)}) {
-      Group group = random_group(seed);
+      TexelGroup group = random_group(seed);
       const Frames frames = frames_of(ob::kBaselinePackets, group, from);
-      for (int i = 0; i < kFeet * kLanes; ++i) {
-        const int foot = i / kLanes;
+      for (int i = 0; i < kMostFootprintPoints * kLanes; ++i) {
+        const int point = i / kLanes;
         const int lane = i % kLanes;
-        const ob::Lanes3 *axes[] = {&frames.tangent[foot], &frames.bitangent[foot], &frames.axis[foot]};
+        const ob::Lanes3 *axes[] = {&frames.tangent[point], &frames.bitangent[point], &frames.axis[point]};
         for (int a = 0; a < 9; ++a) {
           CHECK_NEAR(dot(*axes[a / 3], *axes[a % 3], lane), a / 3 == a % 3 ? 1.0 : 0.0, 3e-6);
         }
-        CHECK_NEAR(dot(frames.normal[foot], frames.normal[foot], lane), 1.0, 1e-6);
+        CHECK_NEAR(dot(frames.normal[point], frames.normal[point], lane), 1.0, 1e-6);
       }
     }
   }
 }
 
 static void test_normals_that_cancel_give_way_to_the_geometric_one() {
-  Group group = random_group(1);
+  TexelGroup group = random_group(1);
   const Frames frames = frames_of(ob::kBaselinePackets, group, viewer(false, false));
   CHECK_EQUAL(frames.normal[0].z[kLanes - 1], 1.0);
 }
 
 // The mirrored direction makes the same angle with the normal as the one to the viewer, in one plane with both.
 static void test_mirror() {
-  Group group = random_group(2);
+  TexelGroup group = random_group(2);
   const Frames frames = frames_of(ob::kBaselinePackets, group, viewer(true, true));
   const double length = std::sqrt(0.1 * 0.1 + 0.7 * 0.7 + 0.6 * 0.6);
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -140,26 +140,26 @@ static void test_mirror() {
   }
 }
 
-static void test_feet_lie_one_in_each_cell() {
+static void test_footprint_points_lie_one_in_each_cell() {
   for (const int side : {1, 2, 4, 6}) {
-    Group group = random_group(3);
-    ob::kBaselinePackets.spread_feet(group, side, 77U, 0xffffffffU);
-    for (int foot = 0; foot < side * side; ++foot) {
+    TexelGroup group = random_group(3);
+    ob::kBaselinePackets.spread_points(group, side, 77U, 0xffffffffU);
+    for (int point = 0; point < side * side; ++point) {
       for (int lane = 0; lane < kLanes; ++lane) {
-        CHECK_EQUAL(static_cast<int>(group.foot_x[foot][lane] * static_cast<float>(side)), foot % side);
-        CHECK_EQUAL(static_cast<int>(group.foot_y[foot][lane] * static_cast<float>(side)), foot / side);
+        CHECK_EQUAL(static_cast<int>(group.point_x[point][lane] * static_cast<float>(side)), point % side);
+        CHECK_EQUAL(static_cast<int>(group.point_y[point][lane] * static_cast<float>(side)), point / side);
       }
     }
   }
 }
 
-static void test_places_stay_on_the_triangle() {
-  Group group = random_group(4);
+static void test_footprint_points_stay_on_the_triangle() {
+  TexelGroup group = random_group(4);
   group.corner = group.edge1 = group.edge2 = ob::Lanes3{};
   group.edge1.x += 1.0F; // positions are the barycentric weights
   group.edge2.y += 1.0F;
   const Frames frames = frames_of(ob::kBaselinePackets, group, viewer(false, false));
-  for (int i = 0; i < kFeet * kLanes; ++i) {
+  for (int i = 0; i < kMostFootprintPoints * kLanes; ++i) {
     const float a = frames.position[i / kLanes].x[i % kLanes];
     const float b = frames.position[i / kLanes].y[i % kLanes];
     CHECK(a >= 0.0F && b >= 0.0F && a + b <= 1.0F);
@@ -167,7 +167,7 @@ static void test_places_stay_on_the_triangle() {
 }
 
 // Where a triangle covers texels in part, the points of their rays are spread over that part.
-static void test_feet_lie_on_the_covered_part() {
+static void test_footprint_points_lie_on_the_covered_part() {
   const float vertices[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
   const int32_t triangle[] = {0, 1, 2};
   const float uv[] = {0.1F, 0.1F, 0.95F, 0.3F, 0.4F, 0.9F};
@@ -176,9 +176,9 @@ static void test_feet_lie_on_the_covered_part() {
   const ob::TexelTriangle where(uv, 8, 8);
   int partly = 0;
   for (int i = 0; i < ob::kGroups * kLanes; ++i) {
-    Group group{};
-    const ob::Places places{surface, nullptr, 0, 1};
-    CHECK_EQUAL(ob::gather(places, 0, i / kLanes, {6, 3, 17}, ob::kBaselinePackets, group), kLanes);
+    TexelGroup group{};
+    const ob::TexelSelection selection{surface, nullptr, 0, 1};
+    CHECK_EQUAL(ob::gather_group(selection, 0, i / kLanes, {6, 3, 17}, ob::kBaselinePackets, group), kLanes);
     const int lane = i % kLanes;
     const ob::Texel texel = ob::texel_of(0, 0, i / kLanes, lane);
     const double covered = ob::area(ob::clip_to_texel(where, texel.x, texel.y));
@@ -186,9 +186,10 @@ static void test_feet_lie_on_the_covered_part() {
       continue;
     }
     partly += covered < 1.0 ? 1 : 0;
-    for (int foot = 0; foot < kFeet; ++foot) { // barycentric weights, before they are rounded onto the triangle
-      const double x = group.foot_x[foot][lane];
-      const double y = group.foot_y[foot][lane];
+    for (int point = 0; point < kMostFootprintPoints;
+         ++point) { // barycentric weights, before they are rounded onto the triangle
+      const double x = group.point_x[point][lane];
+      const double y = group.point_y[point][lane];
       const auto weight = [&](const Lanes *w) {
         return double{w[0][lane]} + x * double{w[1][lane]} + y * double{w[2][lane]};
       };
@@ -197,7 +198,7 @@ static void test_feet_lie_on_the_covered_part() {
       CHECK(weight(group.weight1) + weight(group.weight2) <= 1.0 + 1e-6);
     }
     Frames frames;
-    ob::kBaselinePackets.place(group, kFeet, frames);
+    ob::kBaselinePackets.interpolate(group, kMostFootprintPoints, frames);
     for (const ob::Lanes3 &place : frames.position) { // off the edges, where rounding could put them behind a wall
       const auto x = double{place.x[lane]};
       const auto y = double{place.y[lane]};
@@ -237,8 +238,8 @@ static ob::Embree blocking_embree() {
 
 struct Rays {
   std::vector<float> directions, weights;
-  std::vector<uint8_t> foot;
-  std::vector<uint16_t> halves;
+  std::vector<uint8_t> footprint_points;
+  std::vector<uint16_t> first_half;
 };
 
 static Rays random_rays(int count) {
@@ -255,35 +256,35 @@ static Rays random_rays(int count) {
       rays.weights.push_back(static_cast<float>(random.below(4)));
     }
     rays.directions.insert(rays.directions.end(), &d[0][0], &d[0][0] + 3 * kLanes);
-    rays.foot.push_back(static_cast<uint8_t>(random.below(kFeet)));
-    rays.halves.push_back(static_cast<uint16_t>(random.below(1 << kLanes)));
+    rays.footprint_points.push_back(static_cast<uint8_t>(random.below(kMostFootprintPoints)));
+    rays.first_half.push_back(static_cast<uint16_t>(random.below(1 << kLanes)));
   }
   return rays;
 }
 
 // The sums of one lane, ray by ray; counts the rays that must be asked for.
-static std::pair<float, float> expected_sums(const Group &group, const Frames &f, const ob::Packet &packet, int lane,
-                                             int &asked) {
+static std::pair<float, float> expected_sums(const TexelGroup &group, const Frames &f, const ob::RayBatch &batch,
+                                             int lane, int &asked) {
   float sum = 0.0F;
   float first_half = 0.0F;
-  for (int k = 0; k < packet.rays && group.active[lane] != 0; ++k) {
-    const int foot = packet.foot[k];
-    const float *d = packet.directions + 3 * kLanes * k + lane;
+  for (int k = 0; k < batch.rays && group.active[lane] != 0; ++k) {
+    const int point = batch.footprint_points[k];
+    const float *d = batch.directions + 3 * kLanes * k + lane;
     ob::Lanes3 direction{};
     for (int axis = 0; axis < 3; ++axis) {
-      const ob::Lanes3 &a = axis == 0 ? f.tangent[foot] : (axis == 1 ? f.bitangent[foot] : f.axis[foot]);
+      const ob::Lanes3 &a = axis == 0 ? f.tangent[point] : (axis == 1 ? f.bitangent[point] : f.axis[point]);
       direction.x[lane] += a.x[lane] * d[axis * kLanes];
       direction.y[lane] += a.y[lane] * d[axis * kLanes];
       direction.z[lane] += a.z[lane] * d[axis * kLanes];
     }
-    if (packet.below && !(dot(direction, f.normal[foot], lane) > 0.0)) {
+    if (batch.below_horizon && !(dot(direction, f.normal[point], lane) > 0.0)) {
       continue;
     }
     ++asked;
-    const float counted =
-        direction.z[lane] < kSlope ? 0.0F : (packet.weights == nullptr ? 1.0F : packet.weights[k * kLanes + lane]);
-    sum += counted;
-    first_half += ((packet.halves[k] >> lane) & 1) != 0 ? counted : 0.0F;
+    const float contribution =
+        direction.z[lane] < kSlope ? 0.0F : (batch.weights == nullptr ? 1.0F : batch.weights[k * kLanes + lane]);
+    sum += contribution;
+    first_half += ((batch.first_half[k] >> lane) & 1) != 0 ? contribution : 0.0F;
   }
   return {sum, first_half};
 }
@@ -291,31 +292,31 @@ static std::pair<float, float> expected_sums(const Group &group, const Frames &f
 static void check_traced(const PacketCode &code, int index, bool below, bool weighted) {
   const ob::Embree embree = blocking_embree();
   const Rays rays = random_rays(100);
-  Group group = random_group(6);
+  TexelGroup group = random_group(6);
   const Frames frames = frames_of(code, group, viewer(true, true));
-  const ob::Packet packet{&embree,
-                          nullptr,
-                          12.0F,
-                          0.0F,
-                          OB_FALLOFF_NONE,
-                          OB_COUNTS_VISIBILITY,
-                          {},
-                          weighted, // whether incoherent is Embree's business alone
-                          100,
-                          below,
-                          rays.directions.data(),
-                          weighted ? rays.weights.data() : nullptr,
-                          rays.foot.data(),
-                          rays.halves.data(),
-                          nullptr,
-                          nullptr};
-  ob::PacketSums sums{};
+  const ob::RayBatch batch{&embree,
+                           nullptr,
+                           12.0F,
+                           0.0F,
+                           OB_FALLOFF_NONE,
+                           OB_ACCUMULATOR_VISIBILITY,
+                           {},
+                           weighted, // whether incoherent is Embree's business alone
+                           100,
+                           below,
+                           rays.directions.data(),
+                           weighted ? rays.weights.data() : nullptr,
+                           rays.footprint_points.data(),
+                           rays.first_half.data(),
+                           nullptr,
+                           nullptr};
+  ob::RayBatchSums sums{};
   int64_t embree_cycles = 0;
   rays_asked = 0;
-  code.trace[index](packet, group, frames, group.active, sums, embree_cycles);
+  code.trace[index](batch, group, frames, group.active, sums, embree_cycles);
   int asked = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
-    const auto [all, first_half] = expected_sums(group, frames, packet, lane, asked);
+    const auto [all, first_half] = expected_sums(group, frames, batch, lane, asked);
     CHECK_EQUAL(sums.all[0][lane], all);
     CHECK_EQUAL(sums.first_half[0][lane], first_half);
   }
@@ -350,9 +351,9 @@ int main() {
   test_frames_are_orthonormal();
   test_normals_that_cancel_give_way_to_the_geometric_one();
   test_mirror();
-  test_feet_lie_one_in_each_cell();
-  test_places_stay_on_the_triangle();
-  test_feet_lie_on_the_covered_part();
+  test_footprint_points_lie_one_in_each_cell();
+  test_footprint_points_stay_on_the_triangle();
+  test_footprint_points_lie_on_the_covered_part();
   test_sums_in_every_width_and_instruction_set();
   test_lanes_are_in_morton_order();
 }

@@ -43,13 +43,13 @@ static void test_failures_reach_the_caller() {
 static void test_threads_that_cannot_be_had_are_done_without() {
   std::atomic<int> ran{0};
   {
-    ob::Crew crew;
-    crew.hire(int64_t{1} << 62, [&] { ++ran; }); // more than a vector holds
+    ob::ThreadGroup group;
+    group.start(int64_t{1} << 62, [&] { ++ran; }); // more than a vector holds
   }
   CHECK_EQUAL(ran.load(), 0);
   {
-    ob::Crew crew;
-    crew.hire(3, [&] { ++ran; });
+    ob::ThreadGroup group;
+    group.start(3, [&] { ++ran; });
   }
   CHECK_EQUAL(ran.load(), 3);
 }

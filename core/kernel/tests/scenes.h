@@ -69,13 +69,13 @@ struct Free {
   void operator()(ob_device *device) const { ob_device_close(device); }
   void operator()(ob_mesh *mesh) const { ob_mesh_free(mesh); }
   void operator()(ob_scene *scene) const { ob_scene_free(scene); }
-  void operator()(ob_field *field) const { ob_field_free(field); }
+  void operator()(ob_filter *filter) const { ob_filter_free(filter); }
 };
 
 using Device = std::unique_ptr<ob_device, Free>;
 using BuiltMesh = std::unique_ptr<ob_mesh, Free>;
 using Scene = std::unique_ptr<ob_scene, Free>;
-using Field = std::unique_ptr<ob_field, Free>;
+using Filter = std::unique_ptr<ob_filter, Free>;
 
 // Says what went wrong where a call that must succeed does not.
 inline void must(int32_t status) {
@@ -152,8 +152,9 @@ struct Target {
   }
 };
 
-constexpr ob_map map_of(int32_t sampler, int32_t axis, double exponent, int32_t counts = OB_COUNTS_VISIBILITY) {
-  return {sampler, axis, exponent, 0.0, 1.0, counts};
+constexpr ob_map map_of(int32_t sampler, int32_t axis, double exponent,
+                        int32_t accumulator = OB_ACCUMULATOR_VISIBILITY) {
+  return {sampler, axis, exponent, 0.0, 1.0, accumulator};
 }
 
 constexpr ob_map kAmbient = map_of(OB_SAMPLE_LOBE, OB_AXIS_NORMAL, 1.0);
@@ -171,7 +172,7 @@ inline Sums trace(const Scene &scene, const Target &target, const ob_trace_setti
                   const std::vector<ob_map> &maps, ob_control *control = nullptr) {
   size_t images = 0;
   for (const ob_map &map : maps) {
-    images += map.counts == OB_COUNTS_LIGHT ? 6U : (map.counts == OB_COUNTS_BENT ? 4U : 1U);
+    images += map.accumulator == OB_ACCUMULATOR_LIGHT ? 6U : (map.accumulator == OB_ACCUMULATOR_BENT ? 4U : 1U);
   }
   Sums sums{OB_OK, {images, std::vector<float>(target.owner.size(), 77.0F)}, {}};
   sums.halves = sums.all;

@@ -66,7 +66,7 @@ static void test_scramble_is_nested() {
     const int shared = random.below(32);
     const uint32_t tail = static_cast<uint32_t>(random.bits()) & (0x7fffffffU >> shared);
     const uint32_t b = a ^ (0x80000000U >> shared) ^ tail;
-    const uint32_t difference = ob::owen(a, seed) ^ ob::owen(b, seed);
+    const uint32_t difference = ob::owen_scramble(a, seed) ^ ob::owen_scramble(b, seed);
     CHECK(difference != 0);
     CHECK_EQUAL(__builtin_clz(difference), shared);
   }
@@ -140,9 +140,9 @@ static void test_unit_interval_is_half_open() {
 }
 
 static void test_reversal() {
-  CHECK_EQUAL(ob::reversed(1U), 0x80000000U);
-  CHECK_EQUAL(ob::reversed(0x0000ffffU), 0xffff0000U);
-  CHECK_EQUAL(ob::reversed(ob::reversed(0x12345678U)), 0x12345678U);
+  CHECK_EQUAL(ob::reversed_bits(1U), 0x80000000U);
+  CHECK_EQUAL(ob::reversed_bits(0x0000ffffU), 0xffff0000U);
+  CHECK_EQUAL(ob::reversed_bits(ob::reversed_bits(0x12345678U)), 0x12345678U);
 }
 
 int main() {

@@ -10,8 +10,8 @@ import pytest
 pytest.importorskip("bpy")
 
 from occlusion_bake.core.finish.image_file import read_image
-from occlusion_bake.core.solve.horizon import open_horizon
-from occlusion_bake.core.spherical.directional_format import Code, channel_names, from_images, rebuild
+from occlusion_bake.core.spherical.directional_format import DirectionalFormat, channel_names, from_images, rebuild
+from occlusion_bake.core.spherical.lobe import open_horizon
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -30,7 +30,7 @@ def test_bent_normals_and_a_code_as_pictures(floor: None, bake: Any) -> None:
     np.testing.assert_allclose(bent[32, 32], (0.5, 0.5, 1.0), atol=0.03)
     assert told["green"] == "down"
     pictures = [read_image(run.folder / f"Floor_sh_3_{number}.png")[0] for number in range(4)]
-    code = Code("sh", 3)
+    code = DirectionalFormat("sh", 3)
     values = from_images([np.rint(each * 255).astype(np.uint8) for each in pictures], code).reshape(-1, 16)
     leaning = np.repeat([[np.sin(0.8), 0.0, np.cos(0.8)]], len(values), axis=0)
     np.testing.assert_allclose(rebuild(values, code, leaning, 10.0), open_horizon(10.0, np.cos(0.8)), atol=0.03)
@@ -42,7 +42,7 @@ def test_a_code_as_one_exr_of_named_channels(floor: None, bake: Any) -> None:
     assert run.status == 0, run.err
     assert run.files == ["Floor_ao.exr", "Floor_mask_8.exr", "report.json"]
     values, told = read_image(run.folder / "Floor_mask_8.exr")
-    assert values.shape == (64, 64, len(channel_names(Code("mask", 8))))
+    assert values.shape == (64, 64, len(channel_names(DirectionalFormat("mask", 8))))
     assert np.all(values == 255.0)  # all cells are open
     assert told["code"] == "mask_8" and told["code_rays"] == 256
 

@@ -10,28 +10,29 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.chart_job import CHARTS, layer_of  # noqa: E402
-from occlusion_bake.addon.compare.comparison import compare_with_cycles  # noqa: E402
-from occlusion_bake.addon.job.bake_job import Options, Outcome, bake_steps  # noqa: E402
+from occlusion_bake.addon.compare.comparison import Compared, compare_with_cycles  # noqa: E402
+from occlusion_bake.addon.job.bake_job import BakeJob, bake_steps  # noqa: E402
+from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
-from occlusion_bake.core.bake import Settings  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
+from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
 def compared(name: str, path: Path, samples: int = 64, uv: str | None = None, **settings: Any) -> Any:
     """The entry of one object."""
-    chosen = Settings(**{"width": 32, "height": 32, "rays": 256, "threads": 2, **settings})
+    chosen = flat_settings(**{"width": 32, "height": 32, "rays": 256, "threads": 2, **settings})
     entries: list[Any] = []
 
     def deliver(result: Any) -> None:
-        what = (bpy.context, result.target, result.baked, chosen, samples, layer_of(uv), path)
-        entries.append(compare_with_cycles(*what))
+        what = Compared(result.target, result.baked, chosen, uv=layer_of(uv))
+        entries.append(compare_with_cycles(bpy.context, what, samples, path))
 
     progress = Progress()
-    run(bake_steps(bpy.context, Options((name,), chosen, uv), progress, Outcome(), deliver), progress)
+    run(bake_steps(bpy.context, BakeJob((name,), chosen, uv), progress, Outcome(), deliver), progress)
     return entries[0]
 
 

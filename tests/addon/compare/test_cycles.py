@@ -11,16 +11,21 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.compare import cycles as module  # noqa: E402
-from occlusion_bake.addon.compare.cycles import CyclesBake, bake_ao  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import extract  # noqa: E402
+from occlusion_bake.addon.compare.cycles import CyclesBake, CyclesSettings, bake_ao  # noqa: E402
+from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
+from occlusion_bake.core.scene.scene import Scene  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
-def bake(name: str = "Plane", **options: Any) -> CyclesBake:
+def bake(name: str = "Plane", *, uv: str | None = None, **options: Any) -> CyclesBake:
     settings = {"size": (16, 16), "samples": 16, "distance": None, "threads": 2, "seed": 0, **options}
-    return bake_ao(bpy.context, name, **settings)
+    return bake_ao(bpy.context, name, CyclesSettings(**settings), uv)
+
+
+def read(name: str) -> Scene:
+    return read_scene(bpy.context, bpy.context.view_layer, SceneRequest([name]))[0]
 
 
 def plane(name: str = "Plane", size: float = 2.0, z: float = 0.0) -> Any:
@@ -352,7 +357,7 @@ def test_what_occludes_for_cycles_is_what_extract_finds(kind: str) -> None:
     data = plane("Source", size=2000.0).data
     bpy.data.objects.remove(bpy.data.objects["Source"])
     OCCLUDING[kind](data)
-    scene = extract(bpy.context, bpy.context.view_layer, ["Plane"])
+    scene = read("Plane")
     value = bake(size=(4, 4)).values.mean()
     assert value in (0.0, 1.0)
     assert len(scene.occluders) == (2 if value == 0.0 else 1)
@@ -378,7 +383,7 @@ def test_normals_are_those_that_cycles_shades_with(
     monkeypatch: pytest.MonkeyPatch, smooth: tuple[bool, bool], custom: bool
 ) -> None:
     show(bpy.data.objects.new("Bent", bent(smooth, custom)))
-    mesh = extract(bpy.context, bpy.context.view_layer, ["Bent"]).targets[0].mesh
+    mesh = read("Bent").targets[0].mesh
     monkeypatch.setattr(module, "_bake", bake_normals)
     monkeypatch.setattr(module, "_pixels", all_channels)
     shaded = bake("Bent", size=(64, 64), samples=1).values

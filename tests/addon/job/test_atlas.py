@@ -13,13 +13,14 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts import chart_job  # noqa: E402
 from occlusion_bake.addon.charts.chart_job import ATLAS_MAP, CHART_MAP  # noqa: E402
-from occlusion_bake.addon.job.bake_job import DONE, REFUSED, Options, Outcome, bake_steps  # noqa: E402
+from occlusion_bake.addon.job.bake_job import BakeJob, Layout, bake_steps  # noqa: E402
+from occlusion_bake.addon.job.outcome import DONE, REFUSED, Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
-from occlusion_bake.core.bake import Settings  # noqa: E402
 from occlusion_bake.core.base.errors import Cancelled  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.core.texels.rasterize import rasterize  # noqa: E402
+from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene", "registered")
 
@@ -184,12 +185,12 @@ def test_a_cancelled_atlas_changes_nothing(make: Any) -> None:
     """The first object's part is done when it is stopped: no image, no charts."""
     make.bare_cube("One")
     make.bare_cube("Two", location=(5, 0, 0))
-    from occlusion_bake.addon.charts.rollback import charts_on_trial
+    from occlusion_bake.addon.charts.rollback import chart_rollback
 
     progress, outcome = Progress(), Outcome()
-    options = Options(("One", "Two"), Settings(width=32, height=32, rays=1), atlas="Atlas")
-    steps = bake_steps(bpy.context, options, progress, outcome, lambda result: pytest.fail("delivered"))
-    with charts_on_trial(bpy.context.view_layer, options.objects, outcome.finished), pytest.raises(Cancelled):
+    job = BakeJob(("One", "Two"), flat_settings(width=32, height=32, rays=1), layout=Layout("Atlas"))
+    steps = bake_steps(bpy.context, job, progress, outcome, lambda result: pytest.fail("delivered"))
+    with chart_rollback(bpy.context.view_layer, job.objects, outcome.finished), pytest.raises(Cancelled):
         task = next(steps)
         while True:
             result = task()
@@ -366,8 +367,8 @@ def test_the_state_of_each(make: Any) -> None:
     make.plane("Two", uv=[(-5, -5)] * 4, location=(0, 0, 3))
     make.plane("Three", location=(0, 0, 6))
     progress, outcome, seen = Progress(), Outcome(), []
-    options = Options(("One", "Two", "Three"), Settings(width=8, height=8, rays=1))
-    run(bake_steps(bpy.context, options, progress, outcome, lambda result: seen.append(dict(outcome.states))), progress)
+    job = BakeJob(("One", "Two", "Three"), flat_settings(width=8, height=8, rays=1))
+    run(bake_steps(bpy.context, job, progress, outcome, lambda result: seen.append(dict(outcome.states))), progress)
     assert seen[0] == {"One": "baking", "Two": "waiting", "Three": "waiting"}
     assert seen[1] == {"One": DONE, "Two": REFUSED, "Three": "baking"}
     assert outcome.states == {"One": DONE, "Two": REFUSED, "Three": DONE}

@@ -12,12 +12,13 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts import chart_job  # noqa: E402
 from occlusion_bake.addon.charts.chart_job import CHART_MAP, CHARTS  # noqa: E402
-from occlusion_bake.addon.job.bake_job import Options, Outcome, bake_steps, meshes_in_render  # noqa: E402
+from occlusion_bake.addon.job.bake_job import BakeJob, bake_steps, meshes_in_render  # noqa: E402
+from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
-from occlusion_bake.core.bake import Settings  # noqa: E402
 from occlusion_bake.core.base.errors import Cancelled, InputError  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
+from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -35,10 +36,8 @@ def uvs(obj: Any) -> dict[str, bytes]:
 def go(*names: str, uv: str | None = None, progress: Progress | None = None, **settings: Any) -> tuple[Outcome, Any]:
     """Bake in this process: the outcome, and the results by name."""
     outcome, results, progress = Outcome(), {}, progress or Progress()
-    options = Options(names, Settings(**{"width": 32, "height": 32, "rays": 2, **settings}), uv)
-    steps = bake_steps(
-        bpy.context, options, progress, outcome, lambda result: results.update({result.name: result.baked})
-    )
+    job = BakeJob(names, flat_settings(**{"width": 32, "height": 32, "rays": 2, **settings}), uv)
+    steps = bake_steps(bpy.context, job, progress, outcome, lambda result: results.update({result.name: result.baked}))
     run(steps, progress)
     return outcome, results
 
@@ -186,8 +185,8 @@ def test_a_mesh_changed_while_its_charts_are_made(make: Any, monkeypatch: pytest
         obj.data.vertices[0].co.x -= 1.0
         return unwrap(*arguments, **options)
 
-    unwrap = chart_job.unwrap_apart
-    monkeypatch.setattr(chart_job, "unwrap_apart", edited_meanwhile)
+    unwrap = chart_job.unwrap_in_process
+    monkeypatch.setattr(chart_job, "unwrap_in_process", edited_meanwhile)
     with pytest.raises(InputError, match=r"^Bare: it was changed .*; start again$"):
         go("Bare")
     assert uvs(obj) == {}
@@ -213,7 +212,7 @@ def test_results_come_in_order_as_they_are_done(make: Any) -> None:
     outcome, results = go("B", "C", "A")
     assert list(results) == outcome.finished == ["B", "C", "A"]
     assert outcome.refused == outcome.notes == []
-    assert outcome.scene is not None and outcome.baker is not None
+    assert outcome.baker is not None
 
 
 def test_one_that_is_refused_on_delivery_does_not_stop_the_others(make: Any) -> None:
@@ -225,8 +224,8 @@ def test_one_that_is_refused_on_delivery_does_not_stop_the_others(make: Any) -> 
             raise InputError("One: nobody is at home; come again")
 
     progress, outcome = Progress(), Outcome()
-    options = Options(("One", "Two"), Settings(width=8, height=8, rays=1))
-    run(bake_steps(bpy.context, options, progress, outcome, deliver), progress)
+    job = BakeJob(("One", "Two"), flat_settings(width=8, height=8, rays=1))
+    run(bake_steps(bpy.context, job, progress, outcome, deliver), progress)
     assert outcome.finished == ["Two"]
     assert outcome.complaint(2) == "1 of 2 objects could not be baked; One: nobody is at home; come again"
 
@@ -236,9 +235,9 @@ def test_a_cancelled_bake_delivers_nothing(make: Any, bare: bool) -> None:
     (make.bare_cube if bare else make.cube)("Thing")
     progress, outcome, results = Progress(), Outcome(), []
     progress.cancel()
-    options = Options(("Thing",), Settings(width=8, height=8))
+    job = BakeJob(("Thing",), flat_settings(width=8, height=8))
     with pytest.raises(Cancelled):
-        run(bake_steps(bpy.context, options, progress, outcome, lambda *each: results.append(each)), progress)
+        run(bake_steps(bpy.context, job, progress, outcome, lambda *each: results.append(each)), progress)
     assert results == outcome.finished == []
     assert CHART_MAP not in bpy.data.objects["Thing"].data.uv_layers
 
@@ -247,6 +246,6 @@ def test_progress_never_falls_and_ends_at_one(make: Any) -> None:
     make.plane("One")
     make.plane("Two", location=(0, 0, 3))
     progress, seen = Progress(), []
-    options = Options(("One", "Two"), Settings(width=8, height=8, rays=1))
-    run(bake_steps(bpy.context, options, progress, Outcome(), lambda *_: seen.append(progress.fraction)), progress)
+    job = BakeJob(("One", "Two"), flat_settings(width=8, height=8, rays=1))
+    run(bake_steps(bpy.context, job, progress, Outcome(), lambda *_: seen.append(progress.fraction)), progress)
     assert seen == [0.5, 1.0] and progress.fraction == 1.0

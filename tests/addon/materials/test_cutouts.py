@@ -12,10 +12,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.compare.cycles import bake_ao  # noqa: E402
+from occlusion_bake.addon.compare.cycles import CyclesSettings, bake_ao  # noqa: E402
 from occlusion_bake.addon.materials import image_pixels  # noqa: E402
-from occlusion_bake.addon.materials.cutouts import Opacities, cutout_of  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import corners_of  # noqa: E402
+from occlusion_bake.addon.materials.cutouts import MaterialOpacities, cutout_of  # noqa: E402
+from occlusion_bake.addon.read.mesh_arrays import corners_of  # noqa: E402
 from occlusion_bake.core.scene.cutout import OPAQUE, Cutout, opacity  # noqa: E402
 from occlusion_bake.core.scene.image_texture import Wrap  # noqa: E402
 
@@ -102,12 +102,12 @@ def card(make: Any, *materials: Any, uv: Any = LOOSE, name: str = "Card") -> Any
     return obj
 
 
-def read(obj: Any, opacities: Opacities | None = None) -> tuple[Cutout | None, list[str]]:
+def read(obj: Any, opacities: MaterialOpacities | None = None) -> tuple[Cutout | None, list[str]]:
     evaluated = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
     mesh = evaluated.data
     polygons = np.empty(len(mesh.loop_triangles), dtype=np.int32)
     mesh.loop_triangle_polygons.foreach_get("value", polygons)
-    return cutout_of(evaluated, mesh, corners_of(mesh), polygons, opacities or Opacities())
+    return cutout_of(evaluated, mesh, corners_of(mesh), polygons, opacities or MaterialOpacities())
 
 
 def cut(obj: Any) -> Cutout:
@@ -148,7 +148,8 @@ def baked(make: Any) -> np.ndarray:
     make.mesh("Floor", [(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], [(0, 1, 2, 3)], LOOSE)
     layer = bpy.data.objects["Floor"].data.uv_layers[0]
     layer.uv.foreach_set("vector", np.float32([0, 0, 1, 0, 1, 1, 0, 1]))
-    return 1.0 - bake_ao(bpy.context, "Floor", (TEXELS, TEXELS), SAMPLES, None, 2, 0).values
+    settings = CyclesSettings((TEXELS, TEXELS), SAMPLES, None, 2, 0)
+    return 1.0 - bake_ao(bpy.context, "Floor", settings).values
 
 
 def assert_as_cycles(make: Any, obj: Any, slack: float = 0.02) -> None:
@@ -397,7 +398,7 @@ def test_a_material_can_stand_for_all(make: Any) -> None:
     """As Cycles has it where the view layer says so; also on an object without a slot."""
     override = Tree("override").principled(0.25)
     for obj in (card(make, Tree("shut").principled(1.0)), card(make, name="Bare")):
-        found, _ = read(obj, Opacities(override))
+        found, _ = read(obj, MaterialOpacities(override))
         assert found is not None and found.alphas[0].values.tolist() == [[0.25]]
 
 
@@ -580,7 +581,7 @@ def test_a_volume_alone_is_clear_and_said(make: Any) -> None:
 
 
 def test_a_line_is_said_once_a_material(make: Any) -> None:
-    opacities, material = Opacities(), wave(Tree("leaf"))
+    opacities, material = MaterialOpacities(), wave(Tree("leaf"))
     first, second = card(make, material, material), card(make, material, name="Other")
     assert len(read(first, opacities)[1]) == 1
     assert read(second, opacities)[1] == []
@@ -599,7 +600,7 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_an_image_is_read_once_and_held_once(make: Any, reads: list[str]) -> None:
-    picture, opacities = image(GREY), Opacities()
+    picture, opacities = image(GREY), MaterialOpacities()
     found = []
     for number in range(3):
         tree = Tree(f"leaf {number}")

@@ -9,9 +9,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.materials.image_pixels import Pictures, Unread  # noqa: E402
-from occlusion_bake.addon.materials.normal_maps import imprint_of  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import extract  # noqa: E402
+from occlusion_bake.addon.materials.image_pixels import ImagePixels, Unreadable  # noqa: E402
+from occlusion_bake.addon.materials.normal_maps import material_normal_map  # noqa: E402
+from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
@@ -56,8 +56,8 @@ class Paint:
 
     def line(self) -> str:
         """Why the map is not read."""
-        with pytest.raises(Unread) as unread:
-            imprint_of(self.material, Pictures())
+        with pytest.raises(Unreadable) as unread:
+            material_normal_map(self.material, ImagePixels())
         return unread.value.in_words("normal")
 
 
@@ -123,9 +123,9 @@ def test_it_is_read_through_groups_and_mixes(make: Any) -> None:
     coat.tree.links.new(clear.outputs[0], mix.inputs[1])
     coat.tree.links.new(coat.surface.outputs[0], mix.inputs[2])
     coat.tree.links.new(mix.outputs[0], end.inputs["Surface"])
-    imprint = imprint_of(coat.material, Pictures())
-    assert imprint is not None and imprint.lookup is None
-    np.testing.assert_allclose(imprint.picture.values, [[[0.8, 0.5, 0.9]]], atol=1e-6)
+    found = material_normal_map(coat.material, ImagePixels())
+    assert found is not None and found.lookup is None
+    np.testing.assert_allclose(found.texture.values, [[[0.8, 0.5, 0.9]]], atol=1e-6)
     coat.tree.links.new(coat.tree.nodes.new("ShaderNodeBsdfDiffuse").outputs[0], mix.inputs[1])
     assert "not the same in all of its shaders" in coat.line()
 
@@ -140,7 +140,7 @@ def test_what_is_not_read_is_said(make: Any) -> None:
     linked = Paint(LEANING)
     linked.tree.links.new(linked.tree.nodes.new("ShaderNodeValue").outputs[0], linked.map.inputs["Strength"])
     assert "strength is linked" in linked.line()
-    assert imprint_of(Paint((0.0, 0.0, 1.0)).material, Pictures()) is None
+    assert material_normal_map(Paint((0.0, 0.0, 1.0)).material, ImagePixels()) is None
 
 
 def test_directx_green_points_down() -> None:
@@ -148,14 +148,13 @@ def test_directx_green_points_down() -> None:
     if not hasattr(coat.map, "convention"):
         pytest.skip("this Blender's Normal Map node has no convention")
     coat.map.convention = "DIRECTX"
-    imprint = imprint_of(coat.material, Pictures())
-    assert imprint is not None
-    np.testing.assert_allclose(imprint.picture.values, [[[0.5, 0.2, 0.9]]], atol=1e-6)
+    found = material_normal_map(coat.material, ImagePixels())
+    assert found is not None
+    np.testing.assert_allclose(found.texture.values, [[[0.5, 0.2, 0.9]]], atol=1e-6)
 
 
 def read(*names: str) -> tuple[Any, list[str]]:
-    lines: list[str] = []
-    scene = extract(bpy.context, bpy.context.view_layer, names, normal_maps=True, warn=lines.append)
+    scene, lines = read_scene(bpy.context, bpy.context.view_layer, SceneRequest(names, normal_maps=True))
     return scene.targets[0].normal_map, lines
 
 
@@ -167,9 +166,9 @@ def test_slots_have_their_own(make: Any) -> None:
         cube.data.materials.append(material)
     cube.data.polygons[2].material_index = 1
     found, lines = read("Cube")
-    assert lines == [] and len(found.reliefs) == 1
-    assert (found.relief >= 0).sum() == 2 and (found.relief[4:6] == 0).all()
-    scene = extract(bpy.context, bpy.context.view_layer, ["Cube"])
+    assert lines == [] and len(found.layers) == 1
+    assert (found.layer >= 0).sum() == 2 and (found.layer[4:6] == 0).all()
+    scene, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest(["Cube"]))
     assert scene.targets[0].normal_map is None
 
 
@@ -177,7 +176,7 @@ def test_a_material_that_stands_for_all_counts_without_slots(make: Any) -> None:
     make.cube("Cube")
     bpy.context.view_layer.material_override = Paint(waves()).material
     found, lines = read("Cube")
-    assert lines == [] and (found.relief == 0).all()
+    assert lines == [] and (found.layer == 0).all()
 
 
 def test_tangents_that_do_not_exist(make: Any, bake: Any) -> None:

@@ -12,8 +12,9 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.output.blender_images import show_picture, store  # noqa: E402
-from occlusion_bake.core.bake import Baked  # noqa: E402
-from occlusion_bake.core.finish.map_finisher import BakedMap  # noqa: E402
+from occlusion_bake.core.finish.baked import Baked, BakedMap, SurfaceReport  # noqa: E402
+from occlusion_bake.core.maps.occlusion import OcclusionMap  # noqa: E402
+from occlusion_bake.core.rays.map_spec import MapSpec  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -24,8 +25,13 @@ def baked(
     """Every texel another value; size: width, height."""
     values = (np.arange(size[0] * size[1], dtype=np.float32).reshape(size[::-1]) + np.float32(shift)) / 64
     covered = np.ones_like(values, dtype=np.bool_)
-    each = BakedMap(values, covered, covered.astype(np.float32), error=0.0, p99=0.0, mean=0.5, rays=values.size)
-    return Baked(name, *size, values.size, values.size, dict.fromkeys(maps, each))
+
+    def made(map_name: str) -> BakedMap:
+        kind = OcclusionMap(MapSpec(map_name, 1.0))
+        told = {"error": 0.0, "p99": 0.0, "mean": 0.5, "rays": values.size}
+        return BakedMap(values, covered, covered.astype(np.float32), **told, kind=kind)
+
+    return Baked(name, size, SurfaceReport(values.size), values.size, {each: made(each) for each in maps})
 
 
 def pixels(image: Any) -> Any:

@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.ui.request import KEPT, order_again  # noqa: E402
+from occlusion_bake.addon.ui.request import KEPT, request_from_image  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 
@@ -197,9 +197,9 @@ def test_an_image_is_baked_again_as_it_was(scene: Any) -> None:
     image = bpy.data.images["Floor AO"]
     first = pixels(image).copy()
     scene.seed, scene.use_ground, scene.occluders, scene.rays, scene.width = 8, False, "SCENE", 2, 16
-    order = order_again(bpy.context.view_layer, image)
-    assert (order.options.objects, order.options.settings.seed, order.options.settings.width) == (("Floor",), 7, 32)
-    assert order.options.occluding.alone and order.options.occluding.ground
+    job = request_from_image(bpy.context.view_layer, image).job
+    assert (job.objects, job.settings.seed, job.settings.image.width) == (("Floor",), 7, 32)
+    assert job.occluding.alone and job.occluding.ground
     image.pixels.foreach_set(np.zeros(4 * 32 * 32, np.float32))
     with bpy.context.temp_override(edit_image=image):
         assert bpy.ops.occlusion_bake.again() == {"FINISHED"}
@@ -212,7 +212,7 @@ def test_an_image_that_cannot_be_baked_again_says_why(scene: Any) -> None:
     image = bpy.data.images["Floor AO"]
     bpy.data.objects.remove(bpy.data.objects["Floor"])
     with pytest.raises(InputError, match="Floor AO: its object Floor is not in this view layer"):
-        order_again(bpy.context.view_layer, image)
+        request_from_image(bpy.context.view_layer, image)
     image[KEPT] = "{}"
     with pytest.raises(InputError, match="does not tell how it was baked"):
-        order_again(bpy.context.view_layer, image)
+        request_from_image(bpy.context.view_layer, image)

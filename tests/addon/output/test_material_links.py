@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.chart_job import CHART_MAP  # noqa: E402
-from occlusion_bake.addon.output.material_links import hook_up, is_hooked_up, unhook  # noqa: E402
+from occlusion_bake.addon.output.material_links import has_linked_images, link_images, unlink_images  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -51,7 +51,7 @@ def test_the_ao_is_multiplied_into_the_base_colour(make: Any) -> None:
     obj.data.materials.append(paint)
     base(paint).default_value = (0.2, 0.4, 0.6, 1.0)
     ao = image()
-    hook_up(obj, {"ao": ao}, None)
+    link_images(obj, {"ao": ao}, None)
     assert tuple(mix(paint)[0].default_value) == pytest.approx((0.2, 0.4, 0.6, 1.0))
     assert texture(paint).image == ao and not texture(paint).inputs["Vector"].is_linked
 
@@ -61,14 +61,14 @@ def test_what_was_linked_to_the_base_colour_stays(make: Any) -> None:
     obj.data.materials.append(paint)
     noise = paint.node_tree.nodes.new("ShaderNodeTexNoise")
     paint.node_tree.links.new(noise.outputs["Color"], base(paint))
-    hook_up(obj, {"ao": image()}, None)
+    link_images(obj, {"ao": image()}, None)
     assert mix(paint)[0].links[0].from_node == noise
 
 
 def test_the_uv_map_that_was_baked_onto(make: Any) -> None:
     obj, paint = make.plane(), material()
     obj.data.materials.append(paint)
-    hook_up(obj, {"ao": image()}, "Charts")
+    link_images(obj, {"ao": image()}, "Charts")
     node = texture(paint).inputs["Vector"].links[0].from_node
     assert node.type == "UVMAP" and node.uv_map == "Charts"
 
@@ -76,10 +76,10 @@ def test_the_uv_map_that_was_baked_onto(make: Any) -> None:
 def test_again_only_the_image_is_exchanged(make: Any) -> None:
     obj, paint = make.plane(), material()
     obj.data.materials.append(paint)
-    hook_up(obj, {"ao": image()}, None)
+    link_images(obj, {"ao": image()}, None)
     count = len(paint.node_tree.nodes)
     other = image("Other")
-    hook_up(obj, {"ao": other}, None)
+    link_images(obj, {"ao": other}, None)
     assert len(paint.node_tree.nodes) == count and texture(paint).image == other
 
 
@@ -89,7 +89,7 @@ def test_an_object_without_a_material_gets_one(make: Any, slots: int) -> None:
     for _ in range(slots):
         obj.data.materials.append(None)
     ao = image()
-    hook_up(obj, {"ao": ao}, None)
+    link_images(obj, {"ao": ao}, None)
     (made,) = bpy.data.materials
     assert obj.material_slots[0].material == made and texture(made).image == ao
 
@@ -100,7 +100,7 @@ def test_every_material_of_the_object_is_hooked_up(make: Any) -> None:
     for paint in paints:
         obj.data.materials.append(paint)
     ao = image()
-    hook_up(obj, {"ao": ao}, None)
+    link_images(obj, {"ao": ao}, None)
     assert [texture(paint).image for paint in paints] == [ao, ao]
 
 
@@ -121,7 +121,7 @@ def test_the_ro_is_multiplied_into_the_specular_level(make: Any) -> None:
     obj.data.materials.append(paint)
     specular(paint).default_value = 0.25
     ro = image("Thing RO 10")
-    hook_up(obj, {"ao": image(), "ro_10": ro, "ro_100": image("Thing RO 100")}, None)
+    link_images(obj, {"ao": image(), "ro_10": ro, "ro_100": image("Thing RO 100")}, None)
     product = specular(paint).links[0].from_node
     assert (product.type, product.operation, product.inputs[0].default_value) == ("MATH", "MULTIPLY", 0.25)
     assert product.inputs[1].links[0].from_node.image == ro
@@ -138,11 +138,11 @@ def test_removed_all_is_as_it_was(make: Any, linked: bool) -> None:
         paint.node_tree.links.new(noise.outputs["Color"], base(paint))
         paint.node_tree.links.new(noise.outputs[0], specular(paint))
     before = shape(paint)
-    hook_up(obj, {"ao": image(), "ro_10": image("RO")}, "Charts", gltf=True)
-    assert is_hooked_up(obj) and shape(paint) != before
-    assert unhook(obj) and shape(paint) == before and not is_hooked_up(obj)
+    link_images(obj, {"ao": image(), "ro_10": image("RO")}, "Charts", gltf=True)
+    assert has_linked_images(obj) and shape(paint) != before
+    assert unlink_images(obj) and shape(paint) == before and not has_linked_images(obj)
     assert tuple(base(paint).default_value) == pytest.approx((0.2, 0.4, 0.6, 1.0))
-    assert not bpy.data.node_groups and not unhook(obj)
+    assert not bpy.data.node_groups and not unlink_images(obj)
 
 
 @pytest.mark.parametrize("slots", [0, 1])
@@ -150,23 +150,23 @@ def test_a_material_that_was_made_goes_too(make: Any, slots: int) -> None:
     obj = make.plane()
     for _ in range(slots):
         obj.data.materials.append(None)
-    hook_up(obj, {"ao": image()}, None)
-    assert unhook(obj)
+    link_images(obj, {"ao": image()}, None)
+    assert unlink_images(obj)
     assert len(obj.material_slots) == slots and not bpy.data.materials
 
 
 def test_a_material_that_others_use_by_now_stays(make: Any) -> None:
     obj, other = make.plane("One"), make.plane("Two")
-    hook_up(obj, {"ao": image()}, None)
+    link_images(obj, {"ao": image()}, None)
     other.data.materials.append(obj.material_slots[0].material)
-    assert unhook(obj)
+    assert unlink_images(obj)
     assert obj.material_slots[0].material == other.material_slots[0].material
-    assert not is_hooked_up(other)
+    assert not has_linked_images(other)
 
 
 def test_neither_preview_nor_gltf_leaves_all_alone(make: Any) -> None:
     obj = make.plane()
-    hook_up(obj, {"ao": image()}, None, preview=False)
+    link_images(obj, {"ao": image()}, None, preview=False)
     assert not obj.material_slots and not bpy.data.materials
 
 
@@ -174,7 +174,7 @@ def test_blenders_gltf_exporter_finds_the_occlusion(make: Any, tmp_path: Path) -
     obj = make.plane()
     ao = image()
     ao.pack()
-    hook_up(obj, {"ao": ao}, None, preview=False, gltf=True)
+    link_images(obj, {"ao": ao}, None, preview=False, gltf=True)
     bpy.ops.preferences.addon_enable(module="io_scene_gltf2")
     bpy.ops.export_scene.gltf(filepath=str(tmp_path / "thing.gltf"), export_format="GLTF_SEPARATE")
     (exported,) = json.loads((tmp_path / "thing.gltf").read_text())["materials"]
@@ -269,7 +269,7 @@ def test_a_channel_of_an_image_fills_the_slot_too(
     bpy.ops.export_scene.gltf(filepath=str(tmp_path / "thing.gltf"), export_format="GLTF_SEPARATE")
     (exported,) = json.loads((tmp_path / "thing.gltf").read_text())["materials"]
     assert "index" in exported["occlusionTexture"]
-    assert unhook(obj) and not base(paint).is_linked
+    assert unlink_images(obj) and not base(paint).is_linked
     set_panel(channel="A", image=bpy.data.images.new("RGBA", 32, 32, alpha=True, is_data=True))
     assert "color space" not in bpy.context.window_manager.occlusion_bake.lines
     bpy.data.images["RGBA"].colorspace_settings.name = "sRGB"

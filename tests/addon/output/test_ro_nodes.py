@@ -15,8 +15,8 @@ from mathutils import Vector  # noqa: E402
 from occlusion_bake.addon.output.ro_nodes import GROUP, add_rebuild, lobe_texture  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
-from occlusion_bake.core.solve.horizon import open_horizon  # noqa: E402
 from occlusion_bake.core.spherical.hemisphere_cells import subcells  # noqa: E402
+from occlusion_bake.core.spherical.lobe import open_horizon  # noqa: E402
 from occlusion_bake.core.spherical.spherical_harmonics import fit, rebuild  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")

@@ -119,7 +119,7 @@ def test_which_names_are_pairs() -> None:
     found = paired_by_name(objects, ["a_high_2", "Highlands", "Yellow", "c_high"], 0.5)
     assert found.targets == ("Highlands", "Yellow", "c_high", "a_low")
     assert found.highs == {"a_low": HighNames(("a_high", "a_high_2"), "a_cage", 0.5)}
-    assert found.less == {"a_low", "a_cage", "low"}
+    assert found.excluded == {"a_low", "a_cage", "low"}
     assert paired_by_name(objects, ["low"], None).highs == {"low": HighNames(("HIGH.001",), "", None)}
     with pytest.raises(InputError, match="b_low: no mesh named b_high to bake it from"):
         paired_by_name(objects, ["a_low", "b_low"], None)

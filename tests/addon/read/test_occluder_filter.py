@@ -9,11 +9,13 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.read.occluder_filter import Occluding, named, words_of  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import extract  # noqa: E402
-from occlusion_bake.core.bake import Settings, bake  # noqa: E402
+from occlusion_bake.addon.read.occluder_filter import OccluderFilter, arguments_of, named  # noqa: E402
+from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
+from occlusion_bake.core.bake import bake  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.scene.ground_plane import NAME as GROUND  # noqa: E402
+from occlusion_bake.core.scene.scene import Scene  # noqa: E402
+from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -21,15 +23,18 @@ def scene(empty_scene: None) -> None:
     """Each test begins with nothing."""
 
 
-def means(*targets: str, occluding: Occluding) -> dict[str, float]:
+def read(targets: tuple[str, ...], occluding: OccluderFilter) -> Scene:
+    return read_scene(bpy.context, bpy.context.view_layer, SceneRequest(targets, occluding=occluding))[0]
+
+
+def means(*targets: str, occluding: OccluderFilter) -> dict[str, float]:
     """The mean AO of each."""
-    read = extract(bpy.context, bpy.context.view_layer, targets, occluding=occluding)
-    return {baked.name: baked.maps["ao"].mean for baked in bake(read, Settings(width=64, height=64, rays=64))}
+    settings = flat_settings(width=64, height=64, rays=64)
+    return {baked.name: baked.maps["ao"].mean for baked in bake(read(targets, occluding), settings)}
 
 
-def occluders(*targets: str, occluding: Occluding) -> set[str]:
-    read = extract(bpy.context, bpy.context.view_layer, targets, occluding=occluding)
-    return {each.belongs_to for each in read.occluders}
+def occluders(*targets: str, occluding: OccluderFilter) -> set[str]:
+    return {each.belongs_to for each in read(targets, occluding).occluders}
 
 
 def two_floors(make: Any) -> None:
@@ -42,19 +47,21 @@ def two_floors(make: Any) -> None:
 def test_by_default_all_that_renders(make: Any) -> None:
     two_floors(make)
     make.plane("Hidden", location=(0, 0, 0.2)).hide_render = True
-    assert occluders("Floor", occluding=Occluding()) == {"Floor", "Roof", "Wall"}
+    assert occluders("Floor", occluding=OccluderFilter()) == {"Floor", "Roof", "Wall"}
 
 
 def test_chosen_objects_and_the_target_itself(make: Any) -> None:
     two_floors(make)
     assert occluders("Floor", occluding=named(["Wall"])) == {"Floor", "Wall"}
-    assert means("Floor", occluding=named(["Wall"]))["Floor"] > means("Floor", occluding=Occluding())["Floor"] + 0.2
+    assert (
+        means("Floor", occluding=named(["Wall"]))["Floor"] > means("Floor", occluding=OccluderFilter())["Floor"] + 0.2
+    )
 
 
 def test_each_object_itself_alone(make: Any) -> None:
     two_floors(make)
     assert means("Floor", "Roof", occluding=named(["self"])) == {"Floor": 1.0, "Roof": 1.0}
-    assert means("Floor", "Roof", occluding=Occluding())["Floor"] < 0.6
+    assert means("Floor", "Roof", occluding=OccluderFilter())["Floor"] < 0.6
 
 
 def test_an_object_alone_is_still_hidden_by_what_it_instances(make: Any) -> None:
@@ -81,8 +88,8 @@ def test_a_collection_with_those_in_it(make: Any) -> None:
 def test_the_commands_words_come_back(make: Any) -> None:
     two_floors(make)
     for words in (["scene"], ["self"], ["Roof", "Wall"]):
-        assert words_of(named(words)) == words
-    assert words_of(Occluding(frozenset())) == ["self"]  # nothing but the target is the same as itself alone
+        assert arguments_of(named(words)) == words
+    assert arguments_of(OccluderFilter(frozenset())) == ["self"]  # nothing but the target is the same as itself alone
     with pytest.raises(InputError, match="Door: no object or collection"):
         named(["Door"])
 
@@ -91,7 +98,7 @@ def test_a_ground_darkens_sides_by_half_and_what_lies_on_it_wholly(make: Any) ->
     """A vertical wall sees the ground over half of its cosine-weighted sky; a face on the ground sees it alone."""
     wall = make.wall("Wall", y=(-1.0, 1.0))
     wall.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.float32((0, 0, 1, 0, 1, 1, 0, 1)))
-    assert means("Wall", occluding=Occluding(ground=True))["Wall"] == pytest.approx(0.5, abs=0.01)
+    assert means("Wall", occluding=OccluderFilter(ground=True))["Wall"] == pytest.approx(0.5, abs=0.01)
     below = make.plane("Below", location=(0, 0, 0))
     below.rotation_euler.x = np.pi
     bpy.context.view_layer.update()

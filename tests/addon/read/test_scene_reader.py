@@ -1,4 +1,4 @@
-"""Scenes built by script; what `extract` returns must be what Cycles would see of them."""
+"""Scenes built by script; what `read_scene` returns must be what Cycles would see of them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.read import scene_reader as module  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import base_triangles, evaluated, extract, write_uv  # noqa: E402
+from occlusion_bake.addon.charts.uv_maps import base_triangles, write_uv  # noqa: E402
+from occlusion_bake.addon.read.depsgraph import evaluated  # noqa: E402
+from occlusion_bake.addon.read.mesh_arrays import corners_of  # noqa: E402
+from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.scene.scene import Scene  # noqa: E402
 
@@ -45,8 +47,10 @@ def folded(smooth: tuple[bool, bool] = (False, False), uv: bool = True) -> Any:
 
 
 def take(*targets: str, uv: str | None = None, warnings: list[str] | None = None) -> Scene:
-    warn = None if warnings is None else warnings.append
-    return extract(bpy.context, bpy.context.view_layer, targets, uv, warn=warn)
+    scene, lines = read_scene(bpy.context, bpy.context.view_layer, SceneRequest(targets, uv))
+    if warnings is not None:
+        warnings += lines
+    return scene
 
 
 def names(scene: Scene) -> list[str]:
@@ -340,8 +344,8 @@ def test_the_short_way_to_the_triangles_agrees_with_blenders_own() -> None:
     mesh = bpy.context.object.data
     expected = np.empty(3 * len(mesh.loop_triangles), np.int32)
     mesh.loop_triangles.foreach_get("loops", expected)
-    np.testing.assert_array_equal(module.corners_of(mesh).reshape(-1), expected)
-    assert module.corners_of(bpy.data.meshes.new("Empty")).shape == (0, 3)
+    np.testing.assert_array_equal(corners_of(mesh).reshape(-1), expected)
+    assert corners_of(bpy.data.meshes.new("Empty")).shape == (0, 3)
 
 
 class Strange:
@@ -370,8 +374,8 @@ class Strange:
 
 def test_another_memory_layout_is_noticed() -> None:
     mesh = cube().data
-    expected = module.corners_of(mesh)
-    np.testing.assert_array_equal(module.corners_of(Strange(mesh)), expected)
+    expected = corners_of(mesh)
+    np.testing.assert_array_equal(corners_of(Strange(mesh)), expected)
 
 
 def test_the_camera() -> None:
@@ -413,7 +417,7 @@ def test_another_view_layer_has_objects_of_its_own() -> None:
     collection.objects.link(bpy.data.objects.new("Extra", data))
     second = bpy.context.scene.view_layers.new("Second")
     bpy.context.view_layer.layer_collection.children["Extra"].exclude = True
-    assert names(extract(bpy.context, second, ["Cube"])) == ["Cube", "Extra", "Other"]
+    assert names(read_scene(bpy.context, second, SceneRequest(["Cube"]))[0]) == ["Cube", "Extra", "Other"]
     assert names(take("Cube")) == ["Cube", "Other"]
 
 

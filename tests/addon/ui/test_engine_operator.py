@@ -10,14 +10,14 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.ui.engine_presets import EXPORTS, panel_settings  # noqa: E402
+from occlusion_bake.addon.ui.engine_presets import PRESETS, panel_settings  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene", "registered")
 
 
 @pytest.mark.parametrize("packed", [False, True])
-@pytest.mark.parametrize("export", EXPORTS, ids=lambda each: each.name)
+@pytest.mark.parametrize("export", PRESETS, ids=lambda each: each.name)
 def test_the_panel_takes_every_preset(export: Any, packed: bool) -> None:
     assert bpy.ops.occlusion_bake.for_engine(engine=export.name, packed=packed) == {"FINISHED"}
     chosen = bpy.context.scene.occlusion_bake

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,13 +14,14 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.chart_job import CHART_MAP  # noqa: E402
-from occlusion_bake.addon.cli.options import parser, settings_of  # noqa: E402
-from occlusion_bake.addon.compare.steps import ao_alone, child_arguments  # noqa: E402
-from occlusion_bake.addon.job.bake_job import Options  # noqa: E402
+from occlusion_bake.addon.cli.options import parsed, parser, settings_of  # noqa: E402
+from occlusion_bake.addon.compare.steps import ao_alone, child_values, to_compare  # noqa: E402
+from occlusion_bake.addon.job.bake_job import BakeJob  # noqa: E402
 from occlusion_bake.addon.ui import translate  # noqa: E402
 from occlusion_bake.addon.ui.panel import OCCLUSION_BAKE_PT_bake  # noqa: E402
-from occlusion_bake.addon.ui.properties import core_settings  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
+from occlusion_bake.core.options.values import settings_of_panel  # noqa: E402
+from occlusion_bake.core.rays.map_spec import Axis  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -249,15 +250,14 @@ def test_compare_leaves_a_picture_and_lines(make: Any, scene: Any) -> None:
 
 
 @pytest.mark.parametrize(("quality", "use_filter"), [("RAYS", True), ("FINAL", True), ("DRAFT", False)])
-def test_the_comparisons_own_blender_bakes_the_same(scene: Any, quality: str, use_filter: bool) -> None:
+def test_the_comparisons_own_blender_bakes_the_same(scene: Any, tmp_path: Path, quality: str, use_filter: bool) -> None:
     scene.quality, scene.use_filter, scene.seed, scene.use_ro = quality, use_filter, 3, True
     scene.use_distance, scene.distance = True, 0.3
-    options = Options(("Floor",), core_settings(bpy.context.scene.occlusion_bake))
-    words = child_arguments(options, 4, Path("folder"), Path("report.json"))
-    child, here = settings_of(parser("", with_file=False).parse_args(words)), ao_alone(options.settings)
-    if here.error is not None:
-        here = replace(here, rays=child.rays)  # which do not count then
-    assert child == here
+    settings = settings_of_panel(bpy.context.scene.occlusion_bake)
+    job, handed_on = to_compare(BakeJob(("Floor",), settings)), tmp_path / "values.json"
+    handed_on.write_text(json.dumps(child_values(job, 4, Path("folder"), Path("report.json"))), encoding="utf-8")
+    child = settings_of(parsed(parser("", with_file=False), ["--values", str(handed_on)]))
+    assert child == job.settings == ao_alone(settings)
 
 
 # How far a bake goes
@@ -268,19 +268,20 @@ def test_a_quality_is_an_error(scene: Any, quality: str, error: float) -> None:
     scene.quality = quality
     for on in (True, False):
         scene.use_filter = on
-        goal = core_settings(bpy.context.scene.occlusion_bake).goal
-        assert goal.error == pytest.approx(error) and goal.filtered == on
+        goal = settings_of_panel(bpy.context.scene.occlusion_bake).goal
+        assert goal.error == pytest.approx(error) and goal.filters == on
 
 
 def test_a_new_scene_begins_with_the_commands_default() -> None:
-    chosen = core_settings(bpy.data.scenes.new("Another").occlusion_bake)
-    assert chosen.goal == settings_of(parser("", with_file=False).parse_args([])).goal
+    chosen = settings_of_panel(bpy.data.scenes.new("Another").occlusion_bake).goal
+    commands = settings_of(parsed(parser("", with_file=False), [])).goal
+    assert (chosen.rays, chosen.error, chosen.filters) == (commands.rays, commands.error, commands.filters)
 
 
 def test_rays_are_the_plain_estimate(scene: Any) -> None:
     scene.quality, scene.rays, scene.use_filter = "RAYS", 32, True
-    goal = core_settings(bpy.context.scene.occlusion_bake).goal
-    assert (goal.rays, goal.error, goal.filtered) == (32, None, False)
+    goal = settings_of_panel(bpy.context.scene.occlusion_bake).goal
+    assert (goal.rays, goal.error, goal.filters) == (32, None, False)
 
 
 @pytest.mark.parametrize("quality", ["DRAFT", "GOOD", "FINAL", "RAYS"])
@@ -333,9 +334,11 @@ def test_no_camera_to_reflect(make: Any, scene: Any) -> None:
 
 
 def test_the_horizon_is_divided_where_that_is_asked_for(scene: Any) -> None:
+    scene.use_ro, scene.direction = True, "CAMERA"
     for on in (False, True):
         scene.divide_horizon = on
-        assert core_settings(bpy.context.scene.occlusion_bake).divide_horizon == on
+        specs = settings_of_panel(bpy.context.scene.occlusion_bake).specs
+        assert [(each.axis, each.divided) for each in specs] == [(Axis.NORMAL, False), (Axis.REFLECTED, on)]
 
 
 def test_a_mesh_without_faces_is_named(make: Any) -> None:

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.charts import unwrap
 from occlusion_bake.core.charts.packing import packed
+from occlusion_bake.core.charts.unwrap import unwrap
 from occlusion_bake.tests.core.layouts import MESHES, chart_of, check, cover, cube, nearest_strangers, sphere, uv_area
 
 

@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.charts import polygon_charts, unwrap
+from occlusion_bake.core.charts import polygon_charts
+from occlusion_bake.core.charts import unwrap as module
+from occlusion_bake.core.charts.unwrap import unwrap
 from occlusion_bake.tests.core.layouts import chart_of, check, cover, quads, waves
 
 pytest.importorskip("xatlas")
@@ -15,7 +17,7 @@ pytest.importorskip("xatlas")
 def test_polygons_are_cut_by_the_draft_and_mended(monkeypatch: pytest.MonkeyPatch) -> None:
     """The draft does cut quads of a curved sheet; the layout does not, and has hardly more charts."""
     mesh, cuts, drafts = waves(40), [], []
-    drafted = unwrap._drafted
+    drafted = module._drafted
 
     def spy(xatlas: Any, surface: Any) -> Any:
         chart, uv = drafted(xatlas, surface)
@@ -23,7 +25,7 @@ def test_polygons_are_cut_by_the_draft_and_mended(monkeypatch: pytest.MonkeyPatc
         drafts.append(len(np.unique(chart)))
         return chart, uv
 
-    monkeypatch.setattr(unwrap, "_drafted", spy)
+    monkeypatch.setattr(module, "_drafted", spy)
     result = unwrap("waves", *mesh)
     assert cuts[0] > 20
     check(mesh, result)
@@ -51,8 +53,8 @@ def test_a_polygon_that_fits_nowhere_becomes_a_chart(monkeypatch: pytest.MonkeyP
 )
 def test_misfits(corner: tuple[float, float], fits: bool) -> None:
     """A square's second triangle moves into the chart of the first; its last corner lies in different places."""
-    side = unwrap.SIDE
-    surface = unwrap._surface("square", *quads([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
+    side = module.SIDE
+    surface = module._surface("square", *quads([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]]))
     nodes = polygon_charts.Nodes(4)
     nodes.add(np.zeros(4, int), np.arange(4), side * np.array([[0, 0], [1, 0], [1, 1], corner], float))
     found = polygon_charts._misfits(surface, np.zeros(2, int), nodes, np.array([False, True]))

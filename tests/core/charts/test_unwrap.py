@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.charts import unwrap
+from occlusion_bake.core.charts import unwrap as module
+from occlusion_bake.core.charts.unwrap import unwrap
 from occlusion_bake.tests.core.layouts import (
     MESHES,
     Mesh,
@@ -138,9 +139,9 @@ def test_single_triangle_and_long_strip() -> None:
 def test_stretch_of_a_known_map() -> None:
     """A unit square drawn twice as wide as high: singular values 1/2 and 1, brought to one area by sqrt 2."""
     mesh = quads([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
-    surface = unwrap._surface("square", *mesh)
+    surface = module._surface("square", *mesh)
     uv = mesh[0][:, :2].astype(float)[mesh[1]] * [2.0, 1.0]
-    stretch = unwrap._stretch(surface, uv)
+    stretch = module._stretch(surface, uv)
     assert stretch.l2 == pytest.approx(np.sqrt((0.25 + 1.0) / 2 * 2))
     assert stretch.p95 == pytest.approx(stretch.l2)
     assert stretch.area == pytest.approx(1.0)

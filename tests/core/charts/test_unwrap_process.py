@@ -16,7 +16,7 @@ import pytest
 from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.charts import unwrap_process
 from occlusion_bake.core.charts.unwrap import Charts, unwrap
-from occlusion_bake.core.charts.unwrap_process import unwrap_apart
+from occlusion_bake.core.charts.unwrap_process import unwrap_in_process
 from occlusion_bake.tests.core.layouts import cube, waves
 
 pytest.importorskip("xatlas")
@@ -69,14 +69,14 @@ def only_apart(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("size", [512, (512, 256)])
 def test_same_bits(size: int | tuple[int, int], children: list[Any]) -> None:
     mesh = waves(30, noise=0.1)
-    assert bits(unwrap_apart("waves", *mesh, size, 4, cancelled=never)) == bits(unwrap("waves", *mesh, size, 4))
+    assert bits(unwrap_in_process("waves", *mesh, size, 4, cancelled=never)) == bits(unwrap("waves", *mesh, size, 4))
     assert [child.returncode for child in children] == [0]
 
 
 @pytest.mark.usefixtures("only_apart")
 def test_no_polygons() -> None:
     vertices, triangles, _ = cube()
-    result = unwrap_apart("cube", vertices, triangles, None, *SETTINGS, cancelled=never)
+    result = unwrap_in_process("cube", vertices, triangles, None, *SETTINGS, cancelled=never)
     assert np.array_equal(result.uv, unwrap("cube", vertices, triangles, None, *SETTINGS).uv)
 
 
@@ -89,7 +89,7 @@ def test_other_threads_run_meanwhile(children: list[Any]) -> None:
         asked.append(threading.get_ident())
         return False
 
-    unwrap_apart("waves", *waves(60), *SETTINGS, cancelled=cancelled)
+    unwrap_in_process("waves", *waves(60), *SETTINGS, cancelled=cancelled)
     assert set(asked) == {threading.get_ident()}
     assert len(asked) > 2
     assert len(children) == 1
@@ -99,7 +99,7 @@ def test_other_threads_run_meanwhile(children: list[Any]) -> None:
 def test_cancel_kills_the_child(children: list[Any]) -> None:
     answers = iter([False, False, True])  # a further question would be a StopIteration
     with pytest.raises(Cancelled):
-        unwrap_apart("waves", *waves(300, noise=0.2), *SETTINGS, cancelled=lambda: next(answers))
+        unwrap_in_process("waves", *waves(300, noise=0.2), *SETTINGS, cancelled=lambda: next(answers))
     assert len(children) == 1
     assert children[0].returncode != 0, "it was left to finish"
 
@@ -109,13 +109,13 @@ def test_cancel_ends_a_child_that_does_not_listen(monkeypatch: pytest.MonkeyPatc
     """The arguments are more than a pipe holds, so the sender is stuck as well."""
     monkeypatch.setattr(unwrap_process, "_BOOT", DEAF)
     with pytest.raises(Cancelled):
-        unwrap_apart("waves", *waves(300), *SETTINGS, cancelled=lambda: len(children) > 0)
+        unwrap_in_process("waves", *waves(300), *SETTINGS, cancelled=lambda: len(children) > 0)
     assert len(children) == 1
 
 
 def test_cancelled_before_it_began(children: list[Any]) -> None:
     with pytest.raises(Cancelled):
-        unwrap_apart("cube", *cube(), *SETTINGS, cancelled=lambda: True)
+        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=lambda: True)
     assert children == []
 
 
@@ -127,7 +127,7 @@ def test_a_fault_in_cancelled_ends_the_child(children: list[Any]) -> None:
         return False
 
     with pytest.raises(KeyboardInterrupt):
-        unwrap_apart("waves", *waves(100), *SETTINGS, cancelled=cancelled)
+        unwrap_in_process("waves", *waves(100), *SETTINGS, cancelled=cancelled)
 
 
 @pytest.mark.usefixtures("only_apart")
@@ -136,7 +136,7 @@ def test_input_error_comes_through(children: list[Any]) -> None:
     with pytest.raises(InputError) as here:
         unwrap("Würfel", vertices * np.float32(0), triangles, polygons)
     with pytest.raises(InputError) as there:
-        unwrap_apart("Würfel", vertices * np.float32(0), triangles, polygons, *SETTINGS, cancelled=never)
+        unwrap_in_process("Würfel", vertices * np.float32(0), triangles, polygons, *SETTINGS, cancelled=never)
     assert str(there.value) == str(here.value)
     assert len(children) == 1
 
@@ -146,7 +146,7 @@ def test_missing_xatlas_comes_through(monkeypatch: pytest.MonkeyPatch, tmp_path:
     (tmp_path / "xatlas.py").write_text("raise ImportError\n")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     with pytest.raises(InputError, match=r"^Suzanne: .*xatlas.*Smart UV Project"):
-        unwrap_apart("Suzanne", *cube(), *SETTINGS, cancelled=never)
+        unwrap_in_process("Suzanne", *cube(), *SETTINGS, cancelled=never)
 
 
 NOISY = """
@@ -164,7 +164,7 @@ import xatlas
 def test_a_library_that_prints_does_no_harm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "xatlas.py").write_text(NOISY)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    assert unwrap_apart("cube", *cube(), *SETTINGS, cancelled=never).count == 6
+    assert unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never).count == 6
 
 
 @pytest.mark.usefixtures("only_apart")
@@ -177,7 +177,7 @@ def test_the_folder_of_the_package_hides_nothing(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(
         unwrap_process, "__file__", str(tmp_path / "occlusion_bake" / "core" / "charts" / "unwrap_process.py")
     )
-    assert unwrap_apart("cube", *cube(), *SETTINGS, cancelled=never).count == 6
+    assert unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never).count == 6
 
 
 def no_interpreter() -> str:
@@ -203,7 +203,9 @@ KINDS = ["no interpreter", "no program", "other release", "dies", "crashes"]
 def test_fallback(kind: str, monkeypatch: pytest.MonkeyPatch, children: list[Any]) -> None:
     fallback(monkeypatch, kind)
     mesh = waves(10)
-    assert bits(unwrap_apart("waves", *mesh, *SETTINGS, cancelled=never)) == bits(unwrap("waves", *mesh, *SETTINGS))
+    assert bits(unwrap_in_process("waves", *mesh, *SETTINGS, cancelled=never)) == bits(
+        unwrap("waves", *mesh, *SETTINGS)
+    )
     assert all(child.returncode != 0 for child in children)
 
 
@@ -215,7 +217,7 @@ def test_an_error_after_the_fallback_tells_of_the_child(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(unwrap_process, "unwrap", here)
     with pytest.raises(RuntimeError) as caught:
-        unwrap_apart("cube", *cube(), *SETTINGS, cancelled=never)
+        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never)
     assert "the child fell over" in "\n".join(caught.value.__notes__)
 
 
@@ -225,7 +227,7 @@ def test_no_fallback_after_a_cancel(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(unwrap_process, "_interpreter", no_interpreter)
     answers = iter([False, True])
     with pytest.raises(Cancelled):
-        unwrap_apart("cube", *cube(), *SETTINGS, cancelled=lambda: next(answers))
+        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=lambda: next(answers))
 
 
 def program(path: Path) -> str:

@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from occlusion_bake.core.bake import Baked, Settings, bake
+from occlusion_bake.core.bake import Baked, bake
 from occlusion_bake.core.finish.atlas import Atlas
+from occlusion_bake.core.maps.directional_code import DirectionalMap
+from occlusion_bake.core.maps.occlusion import OcclusionMap
 from occlusion_bake.core.rays.map_spec import reflection
 from occlusion_bake.core.scene.scene import Camera, Scene
-from occlusion_bake.core.solve.directional import Coding
-from occlusion_bake.core.spherical.directional_format import Code
+from occlusion_bake.core.solve.directional import DirectionalSettings
+from occlusion_bake.core.spherical.directional_format import DirectionalFormat
+from occlusion_bake.tests.oracles.settings import flat_settings
 
-SETTINGS = Settings(width=64, height=64, rays=16, margin=3)
+SETTINGS = flat_settings(width=64, height=64, rays=16, margin=3)
 
 
 def in_one(name: str, parts: list[Baked], margin: int) -> Baked:
@@ -44,7 +47,8 @@ def test_each_texel_is_its_objects(shapes: Any) -> None:
     for part in (left, right):
         assert_array_equal(ao.values[part.covered], part.values[part.covered])
     assert right.mean == 1.0 > left.mean > 0.0
-    assert (one.texels, one.rays, one.overlapped) == (parts[0].texels + parts[1].texels, left.rays + right.rays, 0)
+    assert (one.texels, one.rays) == (parts[0].texels + parts[1].texels, left.rays + right.rays)
+    assert one.surface.overlapped == 0
     assert ao.mean == pytest.approx((parts[0].texels * left.mean + parts[1].texels * right.mean) / one.texels, rel=1e-6)
     assert ao.error == pytest.approx(left.error * np.sqrt(parts[0].texels / one.texels), rel=1e-6)  # the other has none
     assert ao.p99 == left.p99
@@ -62,7 +66,7 @@ def test_the_margin_is_of_the_whole(shapes: Any) -> None:
 
 def test_bytes_of_masks_have_no_margin(shapes: Any) -> None:
     lower, upper = (replace(each, mesh=shapes.with_tangents(each.mesh)) for each in halves(shapes))
-    settings = replace(SETTINGS, estimators=(), coding=Coding(Code("mask", 8)))
+    settings = replace(SETTINGS, maps=(DirectionalMap(DirectionalSettings(DirectionalFormat("mask", 8))),))
     parts = list(bake(Scene([lower, upper], [lower, upper]), settings))
     mask = in_one("both", parts, 3).maps["mask_8"]
     assert np.all(mask.values[~mask.covered] == 0.0)
@@ -75,7 +79,7 @@ def test_objects_that_overlap_are_told(shapes: Any) -> None:
     lower, upper = halves(shapes)
     upper = replace(upper, mesh=replace(upper.mesh, uv=lower.mesh.uv))
     one = in_one("both", list(bake(Scene([lower, upper], [lower, upper]), SETTINGS)), 3)
-    assert one.overlapped == one.texels
+    assert one.surface.overlapped == one.texels
     assert one.warnings[-1].startswith(f"both: objects overlap one another in the UV map on {one.texels} of")
     assert one.maps["ao"].mean == 1.0  # the last shows
 
@@ -83,6 +87,6 @@ def test_objects_that_overlap_are_told(shapes: Any) -> None:
 def test_texels_that_face_away_from_the_camera_are_not_taken_for_shared(shapes: Any) -> None:
     lower, upper = halves(shapes)
     from_below = Camera((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))
-    settings = replace(SETTINGS, estimators=(reflection(10.0, from_camera=True),))
+    settings = replace(SETTINGS, maps=(OcclusionMap(reflection(10.0, from_camera=True)),))
     one = in_one("both", list(bake(Scene([lower, upper], [lower, upper], from_below), settings)), 3)
-    assert one.overlapped == 0 and one.warnings == []
+    assert one.surface.overlapped == 0 and one.warnings == []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.finish.compare import Comparison, compare, noise, picture
+from occlusion_bake.core.finish.compare import Comparison, compare, comparison_image, noise
 
 NOWHERE = np.zeros((4, 5), dtype=bool)
 
@@ -55,7 +55,7 @@ def test_noise_is_that_of_one_bake_and_ignores_bias() -> None:
     assert noise(a, a, np.ones(shape, dtype=bool)) == 0.0
 
 
-@pytest.mark.parametrize("judge", [compare, noise, picture])
+@pytest.mark.parametrize("judge", [compare, noise, comparison_image])
 def test_what_cannot_be_compared_is_refused(judge) -> None:
     spoiled = flat(0.5)
     spoiled[2, 2] = np.nan
@@ -81,7 +81,7 @@ def panels():
     ours[:, 200:300] -= np.float32(0.125)
     mask = np.ones((400, 400), dtype=bool)
     mask[:, 300:] = False
-    shown = picture(ours, reference, mask, ("Ours", "Theirs"))
+    shown = comparison_image(ours, reference, mask, ("Ours", "Theirs"))
     top = next(y for y in range(shown.shape[0]) if np.all(shown[y, 416:716] == np.float32(0.25)))
     return shown, [shown[top : top + 400, left : left + 400] for left in (8, 416, 824)]
 
@@ -118,7 +118,7 @@ def test_captions_are_drawn(panels) -> None:
 
 def test_images_that_agree_are_white_and_small_ones_are_enlarged() -> None:
     pytest.importorskip("OpenImageIO", reason="OpenImageIO is not installed")
-    shown = picture(flat(0.5), flat(0.5), ~NOWHERE)
+    shown = comparison_image(flat(0.5), flat(0.5), ~NOWHERE)
     assert shown.shape[1] > 3 * 384
     assert np.all(np.isfinite(shown))
     middle = shown[shown.shape[0] // 2, -100]
@@ -127,5 +127,5 @@ def test_images_that_agree_are_white_and_small_ones_are_enlarged() -> None:
 
 def test_a_tall_narrow_image_keeps_its_shape() -> None:
     pytest.importorskip("OpenImageIO", reason="OpenImageIO is not installed")
-    shown = picture(flat(0.5, (40, 16)), flat(0.4, (40, 16)), np.ones((40, 16), dtype=bool))
+    shown = comparison_image(flat(0.5, (40, 16)), flat(0.4, (40, 16)), np.ones((40, 16), dtype=bool))
     assert shown.shape[0] > 24 * 40

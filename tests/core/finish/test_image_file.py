@@ -14,8 +14,9 @@ from occlusion_bake.core.base.errors import InputError
 
 pytest.importorskip("OpenImageIO", reason="OpenImageIO is not installed")
 
+from occlusion_bake.core.base.atomic_file import check_writable
 from occlusion_bake.core.finish import image_file
-from occlusion_bake.core.finish.image_file import check_format, check_writable, read_image, suffix, write_image
+from occlusion_bake.core.finish.image_file import check_format, read_image, suffix, write_image
 
 # Half the step of the encoding near 1.
 TOLERANCE = {

@@ -13,9 +13,11 @@ import pytest
 from occlusion_bake.core.base.errors import InputError
 from occlusion_bake.core.rays.embree import OVERRIDE, Device, candidates, open_device
 from occlusion_bake.core.rays.map_spec import AO, reflection
-from occlusion_bake.core.rays.tracer import Rays, Sums, TraceScene, trace
-from occlusion_bake.core.scene.scene import placed
-from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.rays.trace_scene import TraceScene
+from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace
+from occlusion_bake.core.scene.world_mesh import world_mesh
+from occlusion_bake.core.texels.rasterize import rasterize
 
 
 def open_anew(threads: int = 1) -> Device:
@@ -55,7 +57,8 @@ def stage_traced_by(device: Device, shapes: Any) -> Sums:
         scene.add(mesh.vertices, mesh.triangles)
     scene.commit()
     owner = rasterize("floor", floor.uv, 64, 64).owner
-    return trace(scene, placed(shapes.instance(floor), np.zeros(3)), owner, [AO, reflection(10)], Rays(64))
+    surface = TexelSurface(world_mesh(shapes.instance(floor), np.zeros(3)), owner)
+    return trace(scene, surface, [AO, reflection(10)], TraceOptions(64))
 
 
 def test_the_candidates_end_with_a_bare_name() -> None:

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.finish.map_finisher import LIGHT, RATIO
-from occlusion_bake.core.rays.map_spec import Estimator, light
+from occlusion_bake.core.maps.light import LightMap, LightShareMap
+from occlusion_bake.core.maps.map import Map
+from occlusion_bake.core.rays.map_spec import MapSpec, light
 from occlusion_bake.core.scene.scene import Scene
 from occlusion_bake.core.spherical.environment import Environment, from_function
 
 SHARES = (0.0, 0.5, 1.0)  # of the rays from the lobe
 TILT, HALF = np.radians(40.0), np.radians(15.0)
-BOTH = frozenset({RATIO, LIGHT})
 
 
 def lit(scene: Scene, environment: Environment) -> Scene:
@@ -27,8 +27,12 @@ def beside_a_wall(shapes: Any, environment: Environment) -> Scene:
     return lit(shapes.scene(shapes.patch(), shapes.tall_wall()), environment)
 
 
-def sampled(share: float, exponent: float | None = None) -> Estimator:
+def sampled(share: float, exponent: float | None = None) -> MapSpec:
     return replace(light(exponent), lobe_share=share)
+
+
+def both(share: float) -> tuple[Map, Map]:
+    return LightShareMap(sampled(share)), LightMap(sampled(share))
 
 
 @cache
@@ -52,7 +56,7 @@ def cap(side: float) -> Environment:
 @pytest.mark.parametrize("share", SHARES)
 def test_a_sky_that_is_linear_in_the_direction(share: float, shapes: Any, bake_one: Any) -> None:
     """Of 1 + c x the half away from the wall gives 1/2 + 2c/(3π), the whole 1."""
-    baked = bake_one(beside_a_wall(shapes, sky()), estimators=(sampled(share),), rays=256, size=32, lights=BOTH)
+    baked = bake_one(beside_a_wall(shapes, sky()), maps=both(share), rays=256, size=32)
     exact = 0.5 + 2 * 0.8 / (3 * np.pi)
     ratio, seen = baked.maps["light_ratio"], baked.maps["light"]
     np.testing.assert_allclose(ratio.values[ratio.covered].mean(axis=0), exact, atol=3e-3)
@@ -62,7 +66,7 @@ def test_a_sky_that_is_linear_in_the_direction(share: float, shapes: Any, bake_o
 @pytest.mark.parametrize("share", SHARES)
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_cap_of_light_behind_a_wall_or_before_it(share: float, side: float, shapes: Any, bake_one: Any) -> None:
-    baked = bake_one(beside_a_wall(shapes, cap(side)), estimators=(sampled(share),), rays=64, size=32, lights=BOTH)
+    baked = bake_one(beside_a_wall(shapes, cap(side)), maps=both(share), rays=64, size=32)
     seen = baked.maps["light"]
     expected = 3.0 * np.cos(TILT) * np.sin(HALF) ** 2 if side > 0 else 0.0
     assert seen.values[seen.covered].mean() == pytest.approx(expected, rel=2e-2, abs=1e-6)
@@ -74,7 +78,7 @@ def test_in_the_open_all_of_the_light_gets_through_exactly(
     share: float, exponent: float | None, shapes: Any, bake_one: Any
 ) -> None:
     estimator = sampled(share, exponent)
-    baked = bake_one(lit(shapes.scene(shapes.plane(1.0)), sky()), estimators=(estimator,), rays=16, size=8)
+    baked = bake_one(lit(shapes.scene(shapes.plane(1.0)), sky()), maps=(estimator,), rays=16, size=8)
     ratio = baked.maps[f"{estimator.name}_ratio"]
     assert np.all(ratio.values[ratio.covered] == 1.0) and ratio.error == 0.0
 
@@ -85,12 +89,12 @@ def test_a_white_sky_gives_ao_and_ro(shapes: Any, bake_one: Any) -> None:
     white = from_function(lambda ways: np.ones((len(ways), 3)), 64)
     ball = shapes.sphere((0.0, 0.3, 0.9), 0.5, 64)
     scene = lit(shapes.scene(shapes.patch(), ball), white)
-    both = (AO, reflection(10), sampled(0.5), sampled(0.5, 10.0))
-    maps = bake_one(scene, estimators=both, rays=256, size=32).maps
+    asked = (AO, reflection(10), sampled(0.5), sampled(0.5, 10.0))
+    maps = bake_one(scene, maps=asked, rays=256, size=32).maps
     assert maps["light_ratio"].mean == pytest.approx(maps["ao"].mean, abs=3e-3)
     assert maps["light_10_ratio"].mean == pytest.approx(maps["ro_10"].mean, abs=3e-3)
 
 
 def test_light_without_a_world_is_refused(shapes: Any, bake_one: Any) -> None:
     with pytest.raises(InputError, match="no World to take light from"):
-        bake_one(shapes.scene(shapes.patch()), estimators=(light(),))
+        bake_one(shapes.scene(shapes.patch()), maps=(light(),))

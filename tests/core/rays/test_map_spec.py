@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from occlusion_bake.bench.truth.formulas import open_horizon
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.rays.map_spec import AO, Axis, Estimator, Sampler, open_horizon, reflection, sampled
+from occlusion_bake.core.rays.map_spec import AO, Axis, MapSpec, Sampler, reflection, sampled
 from occlusion_bake.core.scene.scene import Camera, Mesh, Scene
 
 pytestmark = pytest.mark.usefixtures("unmeasured")
@@ -160,14 +161,14 @@ def scene_of(case: Case, shapes: Any, camera: Camera | None = None) -> Scene:
     return scene
 
 
-def distinct(estimator: Estimator, sampler: str) -> Estimator:
+def distinct(estimator: MapSpec, sampler: str) -> MapSpec:
     return replace(sampled(estimator, sampler), name=f"{estimator.name} {sampler}")
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_importance_sampling_finds_the_exact_answer(case: Case, shapes: Any, means_of: Any, assert_mean: Any) -> None:
     maps = tuple(AO if exponent == 1 else reflection(exponent) for exponent in case.exponents)
-    means = means_of(scene_of(case, shapes), estimators=maps, **PATCH, distance=case.distance)
+    means = means_of(scene_of(case, shapes), maps=maps, **PATCH, distance=case.distance)
     for estimator in maps:
         assert_mean(means[estimator.name], case.exact(estimator.exponent), slack=case.slack)
 
@@ -176,7 +177,7 @@ def test_importance_sampling_finds_the_exact_answer(case: Case, shapes: Any, mea
 def test_naive_samplers_expect_the_same(name: str, shapes: Any, means_of: Any, assert_mean: Any) -> None:
     case = next(case for case in CASES if case.name == name)
     maps = [distinct(lobe, sampler) for lobe in (AO, reflection(10)) for sampler in SAMPLERS[1:]]
-    means = means_of(scene_of(case, shapes), estimators=tuple(maps), **PATCH, distance=case.distance)
+    means = means_of(scene_of(case, shapes), maps=tuple(maps), **PATCH, distance=case.distance)
     for estimator in maps:
         assert_mean(means[estimator.name], case.exact(estimator.exponent), slack=case.slack)
 
@@ -185,7 +186,7 @@ def test_an_open_plane_is_1_exactly(shapes: Any, bake_one: Any) -> None:
     maps = (*BY_NORMAL, reflection(1e6))
     for turned in (False, True):
         scene = shapes.scene(shapes.plane(3.0), matrix=shapes.matrix((7, 8, 9), 1.7, turned))
-        baked = bake_one(scene, estimators=maps, size=32, rays=256)
+        baked = bake_one(scene, maps=maps, size=32, rays=256)
         for estimator in maps:
             assert np.all(baked.maps[estimator.name].values == 1.0)
 
@@ -198,7 +199,7 @@ def test_a_leaning_lobe_loses_what_is_below_the_horizon(
     scene = shapes.scene(shapes.patch(), camera=seen_from(sin(angle), 0, cos(angle)))
     lobes = [reflection(n, from_camera=True) for n in (1, 10, 64)]
     maps = [*lobes, *(distinct(lobe, "uniform_sphere") for lobe in lobes[:2])]
-    means = means_of(scene, estimators=tuple(maps), **PATCH)
+    means = means_of(scene, maps=tuple(maps), **PATCH)
     for estimator in maps:
         assert_mean(means[estimator.name], open_horizon(estimator.exponent, angle))
 
@@ -210,7 +211,7 @@ def test_a_leaning_lobe_in_a_trench(lean: float, shapes: Any, means_of: Any, ass
         shapes.patch(), wall(shapes, 1, 1.5), wall(shapes, -0.5, 1.5), camera=seen_from(sin(angle), 0, cos(angle))
     )
     maps = tuple(reflection(n, from_camera=True) for n in (0, 1, 10, 64))
-    means = means_of(scene, estimators=maps, **PATCH)
+    means = means_of(scene, maps=maps, **PATCH)
     for estimator in maps:
         exact = along_axis(estimator.exponent, -atan(0.5 / 1.5) - angle, atan(1 / 1.5) - angle)
         assert_mean(means[estimator.name], exact)
@@ -219,7 +220,7 @@ def test_a_leaning_lobe_in_a_trench(lean: float, shapes: Any, means_of: Any, ass
 def test_a_lobe_along_the_diagonal_of_the_octant_corner(shapes: Any, means_of: Any, assert_mean: Any) -> None:
     corner = next(case for case in CASES if case.name == "octant corner")
     maps = [distinct(reflection(1, from_camera=True), sampler) for sampler in ("importance", "uniform_sphere")]
-    means = means_of(scene_of(corner, shapes, seen_from(1, 1, 1)), estimators=tuple(maps), **PATCH)
+    means = means_of(scene_of(corner, shapes, seen_from(1, 1, 1)), maps=tuple(maps), **PATCH)
     for estimator in maps:
         assert_mean(means[estimator.name], sqrt(3) / 4, slack=corner.slack)
 

@@ -7,16 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.bake import Settings, bake
+from occlusion_bake.core.bake import bake
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.finish.map_finisher import LIGHT
-from occlusion_bake.core.rays.map_spec import AO, Falloff, light, reflection
+from occlusion_bake.core.maps.light import LightMap
+from occlusion_bake.core.rays.map_spec import AO, light, reflection
+from occlusion_bake.core.rays.ray_options import Falloff, RayOptions
+from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.scene.cutout import Alpha, Cutout
 from occlusion_bake.core.scene.ground_plane import ground_below
 from occlusion_bake.core.scene.image_texture import Wrap
 from occlusion_bake.core.scene.scene import Mesh, Scene
-from occlusion_bake.core.solve.directional import Coding
-from occlusion_bake.core.spherical.directional_format import Code
+from occlusion_bake.core.solve.directional import DirectionalSettings
+from occlusion_bake.core.spherical.directional_format import DirectionalFormat
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 pytestmark = pytest.mark.usefixtures("unmeasured")
 HEIGHT, DISTANCE = 0.5, 2.0
@@ -45,17 +48,18 @@ def test_a_plate_blocks_the_less_the_farther_it_is(
 @pytest.mark.parametrize("width", [1, 4, 8, 16])
 def test_falloff_in_every_packet_width(width: int, shapes: Any) -> None:
     from occlusion_bake.core.rays.embree import open_device
-    from occlusion_bake.core.rays.tracer import Rays, TraceScene, trace
-    from occlusion_bake.core.scene.scene import placed
+    from occlusion_bake.core.rays.trace_scene import TraceScene
+    from occlusion_bake.core.rays.tracer import TraceOptions, trace
+    from occlusion_bake.core.scene.world_mesh import world_mesh
 
     scene, floor = TraceScene(open_device(0)), shapes.patch()
     for instance in plate_scene(shapes).occluders:
-        copy = placed(instance, np.zeros(3))
+        copy = world_mesh(instance, np.zeros(3))
         scene.add(copy.vertices, copy.triangles)
     scene.commit()
     owner = np.zeros((16, 16), dtype=np.int32)
-    rays = Rays(256, distance=DISTANCE, falloff=Falloff.LINEAR, packet_width=width)
-    sums = trace(scene, placed(shapes.instance(floor), np.zeros(3)), owner, [AO], rays)
+    rays = TraceOptions(256, occlusion=RayOptions(DISTANCE, falloff=Falloff.LINEAR), packet_width=width)
+    sums = trace(scene, TexelSurface(world_mesh(shapes.instance(floor), np.zeros(3)), owner), [AO], rays)
     assert sums.all.mean() / 256 == pytest.approx(EXACT[Falloff.LINEAR], abs=1e-3)
 
 
@@ -78,7 +82,7 @@ def test_a_spread_keeps_rays_in_a_cone(
     triangles = np.stack([np.zeros(720, dtype=int), np.arange(720) + 1, following], axis=1)
     disc = Mesh("disc", np.vstack([[0, 0, 1], rim]).astype(np.float32), triangles.astype(np.int32))
     estimator = AO if exponent == 1.0 else reflection(exponent)
-    means = means_of(shapes.scene(shapes.patch(), disc), rays=64, size=8, spread=spread, estimators=(estimator,))
+    means = means_of(shapes.scene(shapes.patch(), disc), rays=64, size=8, spread=spread, maps=(estimator,))
     power = exponent + 1.0
     hidden = (1 - np.cos(cap) ** power) / (1 - max(np.cos(half), 0.0) ** power)
     assert_mean(means[estimator.name], 1 - hidden, slack=3e-4)
@@ -157,25 +161,28 @@ def test_an_upright_wall_on_the_ground_sees_half(shapes: Any, means_of: Any, ass
         ({"falloff": Falloff.LINEAR}, "falloff linear: it needs a distance"),
         ({"spread": 0.0}, "spread 0"),
         ({"spread": 181.0}, "spread 181"),
-        ({"spread": 60.0, "coding": Coding(Code("sh", 3))}, "spread 60: a directional code is of whole lobes"),
-        ({"spread": 60.0, "estimators": (light(),), "lights": frozenset({LIGHT})}, "spread 60: the light itself"),
         (
-            {"spread": 60.0, "divide_horizon": True, "estimators": (reflection(10.0, from_camera=True),)},
+            {"spread": 60.0, "code": DirectionalSettings(DirectionalFormat("sh", 3))},
+            "spread 60: a directional code is of whole lobes",
+        ),
+        ({"spread": 60.0, "maps": (LightMap(),)}, "spread 60: the light itself"),
+        (
+            {"spread": 60.0, "divide_horizon": True, "maps": (reflection(10.0, from_camera=True),)},
             "spread 60: dividing by the horizon",
         ),
     ],
 )
 def test_wrong_settings_are_refused(wrong: dict[str, Any], line: str) -> None:
     with pytest.raises(InputError, match=line):
-        Settings(**wrong)
-    assert Settings(spread=60.0, estimators=(light(),)).spread == 60.0  # the share has a meaning within a cone
-    assert Settings(spread=60.0, divide_horizon=True).spread == 60.0  # of AO there is nothing to divide
+        flat_settings(**wrong)
+    assert flat_settings(spread=60.0, maps=(light(),)).rays.spread == 60.0  # the share has a meaning within a cone
+    assert flat_settings(spread=60.0, divide_horizon=True).rays.spread == 60.0  # of AO there is nothing to divide
 
 
 def test_an_occluder_behind_another_is_met_through_its_hole(shapes: Any) -> None:
     scene = cut_scene(shapes, checker(np.array([[0.0]])))
     solid = shapes.instance(shapes.plane(4096.0, 2 * HEIGHT, name="solid"))
-    (baked,) = bake(replace(scene, occluders=[*scene.occluders, solid]), Settings(width=8, height=8, rays=64))
+    (baked,) = bake(replace(scene, occluders=[*scene.occluders, solid]), flat_settings(width=8, height=8, rays=64))
     assert baked.maps["ao"].mean == pytest.approx(0.0, abs=2e-3)
 
 

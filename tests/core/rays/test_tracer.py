@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,10 +10,14 @@ import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.base.errors import InputError
 from occlusion_bake.core.rays.embree import open_device
-from occlusion_bake.core.rays.map_spec import AO, Axis, Estimator, Sampler, reflection, sampled
-from occlusion_bake.core.rays.tracer import Geometry, Rays, Sums, TraceScene, trace
-from occlusion_bake.core.scene.scene import Camera, Instance, Placed, placed
-from occlusion_bake.core.texels.rasterize import owners_by_centre, rasterize, surface_points
+from occlusion_bake.core.rays.map_spec import AO, Axis, MapSpec, Sampler, reflection, sampled
+from occlusion_bake.core.rays.ray_options import RayOptions
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.rays.trace_scene import Geometry, TraceScene
+from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace
+from occlusion_bake.core.scene.scene import Camera, Instance
+from occlusion_bake.core.scene.world_mesh import WorldMesh, world_mesh
+from occlusion_bake.core.texels.rasterize import owners_by_centre, rasterize
 
 ORIGIN = np.zeros(3)
 ABOVE = Camera((3.0, 1.0, 4.0), (0.0, 0.0, -1.0))
@@ -25,7 +30,7 @@ MAPS = [
 LOBES = MAPS[:2]
 
 
-def built(*placed_meshes: Placed) -> TraceScene:
+def built(*placed_meshes: WorldMesh) -> TraceScene:
     scene = TraceScene(open_device())
     for each in placed_meshes:
         scene.add(each.vertices, each.triangles)
@@ -39,12 +44,13 @@ class Stage:
     def __init__(self, shapes: Any) -> None:
         floor = shapes.quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), cell=(0, 0, 0.9, 0.9))
         others = (shapes.sphere((0.2, 0.1, 0.7), 0.6, 48), shapes.quad((1, -2, 0), (0, 4, 0), (0, 0, 1.5)))
-        self.surface, *rest = (placed(shapes.instance(mesh), ORIGIN) for mesh in (floor, *others))
-        self.scene = built(self.surface, *rest)
+        self.mesh, *rest = (world_mesh(shapes.instance(mesh), ORIGIN) for mesh in (floor, *others))
+        self.scene = built(self.mesh, *rest)
         self.owner = rasterize("floor", floor.uv, 100, 60).owner
+        self.surface = TexelSurface(self.mesh, self.owner)
 
-    def trace(self, maps: list[Estimator] = MAPS, **rays: Any) -> Sums:
-        return trace(self.scene, self.surface, self.owner, maps, Rays(**{"count": 48, "camera": ABOVE, **rays}))
+    def trace(self, maps: list[MapSpec] = MAPS, **rays: Any) -> Sums:
+        return trace(self.scene, self.surface, maps, TraceOptions(**{"count": 48, "camera": ABOVE, **rays}))
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +90,7 @@ def test_a_map_does_not_depend_on_the_others(stage: Stage) -> None:
 def test_a_texel_does_not_depend_on_the_others(stage: Stage) -> None:
     alone = np.full_like(stage.owner, -1)
     alone[20:41, 13:37] = stage.owner[20:41, 13:37]
-    part = trace(stage.scene, stage.surface, alone, LOBES, Rays(48))
+    part = trace(stage.scene, stage.surface.part(alone), LOBES, TraceOptions(48))
     assert_array_equal(part.all, np.where(alone >= 0, stage.trace(LOBES).all, 0))
 
 
@@ -102,7 +108,7 @@ def test_sums_stay_within_bounds(count: int, stage: Stage) -> None:
 
 
 def test_halves_are_left_out_when_not_asked_for(stage: Stage) -> None:
-    sums = trace(stage.scene, stage.surface, stage.owner, LOBES, Rays(48), halves=False)
+    sums = trace(stage.scene, stage.surface, LOBES, TraceOptions(48), halves=False)
     assert sums.first_half is None
     assert_array_equal(sums.all, stage.trace(LOBES).all)
 
@@ -130,8 +136,8 @@ def test_a_texels_rays_do_not_repeat_those_of_its_neighbours(stage: Stage) -> No
 
 def facing(stage: Stage, camera: Camera) -> np.ndarray:
     maps = [reflection(1, from_camera=True), reflection(1)]
-    rays = Rays(16, camera=camera)
-    by_camera, by_normal = trace(stage.scene, stage.surface, stage.owner, maps, rays).all
+    rays = TraceOptions(16, camera=camera)
+    by_camera, by_normal = trace(stage.scene, stage.surface, maps, rays).all
     assert np.all(by_normal >= 0)
     assert_array_equal(np.unique(by_camera[by_camera < 0]), [-1] if (by_camera < 0).any() else [])
     return np.where(stage.owner >= 0, by_camera >= 0, False)
@@ -147,19 +153,19 @@ def test_texels_that_face_away_are_marked(orthographic: bool, stage: Stage) -> N
 
 
 def test_the_camera_sees_the_half_of_a_sphere_that_turns_to_it(shapes: Any) -> None:
-    ball = placed(shapes.instance(shapes.sphere(segments=64)), ORIGIN)
+    ball = world_mesh(shapes.instance(shapes.sphere(segments=64)), ORIGIN)
     assert ball.uv is not None
     owner = rasterize("ball", ball.uv, 64, 32).owner
     camera = Camera((5.0, 0.0, 0.0), (0.0, 0.0, 1.0))
-    (sums,) = trace(built(ball), ball, owner, [reflection(4, from_camera=True)], Rays(4, camera=camera)).all
-    positions, normals = surface_points(ball, owner)
-    toward = np.sum((np.float32(camera.position) - positions) * normals, axis=-1)
+    surface = TexelSurface(ball, owner)
+    (sums,) = trace(built(ball), surface, [reflection(4, from_camera=True)], TraceOptions(4, camera=camera)).all
+    toward = np.sum((np.float32(camera.position) - surface.positions) * surface.normals, axis=-1)
     clear = (owner >= 0) & (np.abs(toward) > 0.05)
     assert_array_equal((sums >= 0)[clear], (toward > 0)[clear])
 
 
 def test_rays_reach_as_far_as_they_are_told(shapes: Any) -> None:
-    floor, ceiling = (placed(shapes.instance(shapes.plane(2.0, height)), ORIGIN) for height in (0.0, 1.0))
+    floor, ceiling = (world_mesh(shapes.instance(shapes.plane(2.0, height)), ORIGIN) for height in (0.0, 1.0))
     scene = built(floor, ceiling)
     up = np.float32([[0, 0, 1]] * 3)
     origins = np.float32([[0, 0, 0.5], [0, 0, 1.5], [9, 0, 0.5]])
@@ -174,7 +180,7 @@ def test_no_ray_slips_between_triangles_that_share_an_edge(turned: bool, shapes:
 
     Of those aimed at a vertex exactly Embree lets two to four in a thousand pass, in its robust mode too.
     """
-    ball = placed(shapes.instance(shapes.sphere(segments=64), shapes.matrix(scale=1.3, turned=turned)), ORIGIN)
+    ball = world_mesh(shapes.instance(shapes.sphere(segments=64), shapes.matrix(scale=1.3, turned=turned)), ORIGIN)
     rng = np.random.default_rng(6)
     corners = ball.vertices[ball.triangles[rng.integers(0, len(ball.triangles), 200_000)]]
     origins = rng.uniform(-0.5, 0.5, (200_000, 3)).astype(np.float32)
@@ -185,7 +191,7 @@ def test_no_ray_slips_between_triangles_that_share_an_edge(turned: bool, shapes:
 
 
 def test_an_empty_scene_is_open(stage: Stage) -> None:
-    sums = trace(built(), stage.surface, stage.owner, LOBES, Rays(4))
+    sums = trace(built(), stage.surface, LOBES, TraceOptions(4))
     assert np.all(sums.all[:, stage.owner >= 0] == 4)
 
 
@@ -200,12 +206,19 @@ def test_instances_stand_where_their_matrices_say(shapes: Any) -> None:
 
 
 def test_owners_by_centre_trace_as_well(stage: Stage) -> None:
-    assert stage.surface.uv is not None
-    owner = owners_by_centre(stage.surface.uv, 100, 60)
-    sums = trace(stage.scene, stage.surface, owner, [AO], Rays(16)).all[0]
+    assert stage.mesh.uv is not None
+    owner = owners_by_centre(stage.mesh.uv, 100, 60)
+    sums = trace(stage.scene, stage.surface.part(owner), [AO], TraceOptions(16)).all[0]
     both = (owner == stage.owner) & (owner >= 0)
     assert both.sum() > 4500
     assert_array_equal(sums[both], stage.trace([AO], count=16).all[0][both])
+
+
+class Unchecked(RayOptions):
+    """For what the kernel refuses by itself."""
+
+    def __post_init__(self) -> None:
+        pass
 
 
 @pytest.mark.parametrize(
@@ -213,9 +226,9 @@ def test_owners_by_centre_trace_as_well(stage: Stage) -> None:
     [
         ({"count": 0}, "rays must be"),
         ({"count": (1 << 20) + 1}, "rays must be"),
-        ({"distance": 0.0}, "distance"),
-        ({"distance": -1.0}, "distance"),
-        ({"distance": float("nan")}, "distance"),
+        ({"occlusion": Unchecked(0.0)}, "distance"),
+        ({"occlusion": Unchecked(-1.0)}, "distance"),
+        ({"occlusion": Unchecked(float("nan"))}, "distance"),
         ({"packet_width": 2}, "packet width"),
     ],
 )
@@ -227,12 +240,12 @@ def test_rays_out_of_range_are_refused(rays: dict[str, Any], cause: str, stage: 
 @pytest.mark.parametrize(
     "estimator",
     [
-        Estimator("below 0", -0.5),
-        Estimator("not a number", float("nan")),
-        Estimator("hemisphere about R", 1.0, Axis.REFLECTED, Sampler.UNIFORM_HEMISPHERE),
+        MapSpec("below 0", -0.5),
+        MapSpec("not a number", float("nan")),
+        MapSpec("hemisphere about R", 1.0, Axis.REFLECTED, Sampler.UNIFORM_HEMISPHERE),
     ],
 )
-def test_maps_without_a_meaning_are_refused(estimator: Estimator, stage: Stage) -> None:
+def test_maps_without_a_meaning_are_refused(estimator: MapSpec, stage: Stage) -> None:
     with pytest.raises(InputError, match=r"map with|hemisphere"):
         stage.trace([estimator])
 
@@ -240,13 +253,13 @@ def test_maps_without_a_meaning_are_refused(estimator: Estimator, stage: Stage) 
 def test_owners_that_do_not_exist_are_refused(stage: Stage) -> None:
     for wrong in (2, -2):
         with pytest.raises(InputError, match="owner"):
-            trace(stage.scene, stage.surface, np.full((4, 4), wrong, np.int32), [AO], Rays(1))
+            trace(stage.scene, TexelSurface(stage.mesh, np.full((4, 4), wrong, np.int32)), [AO], TraceOptions(1))
 
 
 def test_triangles_that_name_no_vertex_are_refused(stage: Stage) -> None:
-    broken = Placed(stage.surface.vertices[:3], stage.surface.triangles, stage.surface.uv)
+    broken = replace(stage.mesh, vertices=stage.mesh.vertices[:3])
     with pytest.raises(InputError, match="vertex"):
-        trace(stage.scene, broken, stage.owner, [AO], Rays(1))
+        trace(stage.scene, TexelSurface(broken, stage.owner), [AO], TraceOptions(1))
     with pytest.raises(InputError, match="vertex"):
         TraceScene(open_device()).add(broken.vertices, broken.triangles)
 
@@ -254,33 +267,34 @@ def test_triangles_that_name_no_vertex_are_refused(stage: Stage) -> None:
 def test_a_scene_that_is_not_built_is_refused(stage: Stage) -> None:
     unbuilt = TraceScene(open_device())
     with pytest.raises(InputError, match="built"):
-        trace(unbuilt, stage.surface, stage.owner, [AO], Rays(1))
+        trace(unbuilt, stage.surface, [AO], TraceOptions(1))
     with pytest.raises(InputError, match="built"):
         unbuilt.visible(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
     unbuilt.commit()
     with pytest.raises(InputError, match="built"):
-        unbuilt.add(stage.surface.vertices, stage.surface.triangles)
+        unbuilt.add(stage.mesh.vertices, stage.mesh.triangles)
 
 
 def test_arrays_of_another_kind_are_refused(stage: Stage) -> None:
     with pytest.raises(TypeError, match="float32"):
-        TraceScene(open_device()).add(stage.surface.vertices.astype(np.float64), stage.surface.triangles)
+        TraceScene(open_device()).add(stage.mesh.vertices.astype(np.float64), stage.mesh.triangles)
     with pytest.raises(TypeError, match="contiguous"):
-        trace(stage.scene, stage.surface, stage.owner[:, ::2], [AO], Rays(1))
+        trace(stage.scene, stage.surface.part(stage.owner[:, ::2]), [AO], TraceOptions(1))
 
 
 def test_a_smooth_normal_tilts_the_hemisphere_and_no_more(shapes: Any, assert_mean: Any) -> None:
     """On an open sheet rays below the sheet leave their own triangle alone, and there is nothing else to meet."""
     mesh = shapes.plane(1.0)
     tilted = np.tile(np.float32([0.5, 0, np.sqrt(0.75)]), (2, 3, 1))
-    surface = placed(Instance("sheet", mesh, np.eye(4)), ORIGIN)
-    sheet = Placed(surface.vertices, surface.triangles, surface.uv, tilted)
-    owner = rasterize("sheet", mesh.uv, 16, 16).owner
-    first = owner == 0
-    below = [
-        trace(built(sheet), sheet, owner, [AO], Rays(256, seed=seed)).all[0][first].mean() / 256 for seed in range(16)
-    ]
+    sheet = replace(world_mesh(Instance("sheet", mesh, np.eye(4)), ORIGIN), normals=tilted)
+    surface = TexelSurface(sheet, rasterize("sheet", mesh.uv, 16, 16).owner)
+    first = surface.owner == 0
+
+    def values(scene: TraceScene, seed: int) -> np.ndarray:
+        sums: np.ndarray = trace(scene, surface, [AO], TraceOptions(256, seed=seed)).all[0]
+        return sums / 256
+
+    below = [values(built(sheet), seed)[first].mean() for seed in range(16)]
     assert min(below) > 0.9  # (1 + cos 30°) / 2 = 0.933 where a ray below met its own sheet
-    closed = built(sheet, placed(Instance("floor", shapes.plane(64.0, -1e-3), np.eye(4)), ORIGIN))
-    means = [trace(closed, sheet, owner, [AO], Rays(256, seed=seed)).all[0].mean() / 256 for seed in range(16)]
-    assert_mean(means, (1 + np.sqrt(0.75)) / 2)
+    closed = built(sheet, world_mesh(Instance("floor", shapes.plane(64.0, -1e-3), np.eye(4)), ORIGIN))
+    assert_mean([values(closed, seed).mean() for seed in range(16)], (1 + np.sqrt(0.75)) / 2)

@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.scene.scene import Instance, Mesh, bounds_of, centre_of, check_target, placed, zero_area
+from occlusion_bake.core.scene.checks import check_target, zero_area
+from occlusion_bake.core.scene.scene import Instance, Mesh
+from occlusion_bake.core.scene.world_mesh import bounds_of, centre_of, world_mesh
 
 ORIGIN = np.zeros(3)
 SCALES = [(1, 1, 1), (-1, 1, 1), (-2, -3, 1), (-1, -1, -1), (0.2, 1, 5), (1e-3, 1e-3, 2e-3), (1e3, -2e3, 1e3)]
@@ -26,7 +28,7 @@ def face_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("scale", SCALES)
 def test_the_winding_stays_outward(scale: tuple[float, ...], turned: bool, shapes: Any) -> None:
     target = shapes.instance(shapes.sphere(segments=16), shapes.matrix((5, 6, 7), scale, turned))
-    result = placed(target, np.array([5.0, 6.0, 7.0]))
+    result = world_mesh(target, np.array([5.0, 6.0, 7.0]))
     middle = result.vertices[result.triangles].mean(axis=1)
     assert np.all(np.sum(face_normals(result.vertices, result.triangles) * middle, axis=1) > 0)
 
@@ -36,7 +38,7 @@ def test_the_winding_stays_outward(scale: tuple[float, ...], turned: bool, shape
 def test_normals_are_those_of_the_ellipsoid(scale: tuple[float, ...], turned: bool, shapes: Any) -> None:
     mesh = shapes.sphere(segments=16)
     matrix = shapes.matrix(scale=scale, turned=turned)
-    result = placed(shapes.instance(mesh, matrix), ORIGIN)
+    result = world_mesh(shapes.instance(mesh, matrix), ORIGIN)
     order = [0, 2, 1] if np.prod(scale) < 0 else [0, 1, 2]
     on_sphere = mesh.normals[:, order].astype(np.float64)
     exact = on_sphere @ np.linalg.inv(matrix[:3, :3])  # the gradient of |M⁻¹ p|²
@@ -47,7 +49,9 @@ def test_normals_are_those_of_the_ellipsoid(scale: tuple[float, ...], turned: bo
 
 def test_uvs_and_normals_follow_the_corners_of_a_mirrored_mesh(shapes: Any) -> None:
     mesh = shapes.sphere(segments=12)
-    plain, mirrored = (placed(shapes.instance(mesh, shapes.matrix(scale=s)), ORIGIN) for s in ((1, 1, 1), (-1, 1, 1)))
+    plain, mirrored = (
+        world_mesh(shapes.instance(mesh, shapes.matrix(scale=s)), ORIGIN) for s in ((1, 1, 1), (-1, 1, 1))
+    )
     flip = np.float32([-1, 1, 1])
     for corner, other in enumerate((0, 2, 1)):
         assert_array_equal(
@@ -63,12 +67,12 @@ def test_uvs_and_normals_follow_the_corners_of_a_mirrored_mesh(shapes: Any) -> N
 def test_nothing_is_rounded_before_the_origin_is_taken_off(offset: float, shapes: Any) -> None:
     mesh = shapes.sphere(segments=16)
     at = np.array([offset, -offset, 0.3])
-    result = placed(shapes.instance(mesh, shapes.matrix(at)), at)
+    result = world_mesh(shapes.instance(mesh, shapes.matrix(at)), at)
     assert_array_equal(result.vertices, mesh.vertices)
 
 
 def test_a_flattening_matrix_leaves_no_normals(shapes: Any) -> None:
-    result = placed(shapes.instance(shapes.sphere(segments=8), shapes.matrix(scale=(1, 1, 0))), ORIGIN)
+    result = world_mesh(shapes.instance(shapes.sphere(segments=8), shapes.matrix(scale=(1, 1, 0))), ORIGIN)
     assert result.normals is None
     assert np.all(result.vertices[:, 2] == 0)
 
@@ -77,7 +81,7 @@ def test_a_zero_normal_stays_zero(shapes: Any) -> None:
     mesh = shapes.sphere(segments=8)
     normals = mesh.normals.copy()
     normals[3, 1] = 0
-    result = placed(shapes.instance(replace(mesh, normals=normals)), ORIGIN)
+    result = world_mesh(shapes.instance(replace(mesh, normals=normals)), ORIGIN)
     assert result.normals is not None
     assert_array_equal(result.normals[3, 1], 0)
     assert_allclose(np.linalg.norm(result.normals.reshape(-1, 3), axis=1).min(), 0)
@@ -87,7 +91,7 @@ def test_a_zero_normal_stays_zero(shapes: Any) -> None:
 def test_bounds_enclose_the_placed_mesh(shapes: Any) -> None:
     target = shapes.instance(shapes.room(), shapes.matrix((1e5, 2, 3), (2, -3, 4), turned=True))
     low, high = bounds_of(target)
-    vertices = placed(target, ORIGIN).vertices
+    vertices = world_mesh(target, ORIGIN).vertices
     assert_allclose([low, high], [vertices.min(axis=0), vertices.max(axis=0)], atol=0.02)  # 1e5 in float32
     assert_allclose(centre_of(target), (1e5, 2, 3), atol=1e-9)
 

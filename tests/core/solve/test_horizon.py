@@ -8,13 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from occlusion_bake.core.bake import Settings
+from occlusion_bake.bench.truth import formulas
 from occlusion_bake.core.finish.report import image_metadata, whole_report
-from occlusion_bake.core.rays import map_spec
+from occlusion_bake.core.options.values import told_by_images, told_by_reports
 from occlusion_bake.core.rays.map_spec import AO, reflection
-from occlusion_bake.core.scene.scene import Camera, Mesh, Placed, Scene, placed
-from occlusion_bake.core.solve.horizon import cosines_to_reflected, divide, open_horizon
-from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.scene.scene import Camera, Mesh, Scene
+from occlusion_bake.core.scene.world_mesh import WorldMesh, world_mesh
+from occlusion_bake.core.solve.horizon import cosines_to_reflected, divide
+from occlusion_bake.core.spherical.lobe import open_horizon
+from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 EXPONENTS = (1.0, 10.0, 64.0)
 MAPS = tuple(reflection(exponent, from_camera=True) for exponent in EXPONENTS)
@@ -30,7 +34,7 @@ def grazing(degrees: float, turned: float = 0.0) -> Camera:
 @pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0, 10.0, 64.0, 1000.0])
 def test_the_table_is_the_formula(exponent: float) -> None:
     degrees = np.array([0, 0.1, 17, 30, 60, 80, 85, 89, 89.99, 90])
-    exact = [map_spec.open_horizon(exponent, angle) for angle in np.radians(degrees)]
+    exact = [formulas.open_horizon(exponent, angle) for angle in np.radians(degrees)]
     assert_allclose(open_horizon(exponent, np.cos(np.radians(degrees))), exact, atol=1e-6)
 
 
@@ -64,10 +68,10 @@ def test_behind_the_horizon_is_taken_for_the_horizon() -> None:
 @pytest.mark.usefixtures("unmeasured")
 def test_an_open_floor_is_1_from_every_view(degrees: float, shapes: Any, means_of: Any, assert_mean: Any) -> None:
     scene = shapes.scene(shapes.plane(1.0), camera=grazing(degrees))
-    divided = means_of(scene, estimators=MAPS, size=8, rays=64, threads=1, divide_horizon=True)
+    divided = means_of(scene, maps=MAPS, size=8, rays=64, threads=1, divide_horizon=True)
     for estimator in MAPS:
         # where next to no ray goes below the horizon, none may in all the seeds: then the mean is that of no noise
-        slack = 1e-5 if map_spec.open_horizon(estimator.exponent, np.radians(degrees)) > 0.9999 else 0.0
+        slack = 1e-5 if formulas.open_horizon(estimator.exponent, np.radians(degrees)) > 0.9999 else 0.0
         assert_mean(divided[estimator.name], 1.0, slack=slack)
 
 
@@ -84,7 +88,7 @@ def test_before_a_wall(away: float, degrees: float, shapes: Any, means_of: Any, 
     seen = _lobe(exponent, -np.pi / 2 - angle, np.pi / 2 - np.arctan(height) - angle)
     free = _lobe(exponent, -np.pi / 2 - angle, np.pi / 2 - angle)
     maps = (reflection(exponent, from_camera=True),)
-    means = means_of(scene, estimators=maps, size=16, rays=64, threads=1, divide_horizon=True)["ro_10"]
+    means = means_of(scene, maps=maps, size=16, rays=64, threads=1, divide_horizon=True)["ro_10"]
     assert_mean(means, seen / free, slack=1e-4)  # the wall is not endless, nor the patch a point
 
 
@@ -104,9 +108,7 @@ def sphere_scene(shapes: Any) -> Scene:
 
 def test_only_maps_about_the_reflected_direction_change(shapes: Any, bake_one: Any) -> None:
     maps = (AO, replace(reflection(10), name="by normal"), reflection(10, from_camera=True))
-    kept, divided = (
-        bake_one(sphere_scene(shapes), estimators=maps, size=48, divide_horizon=on).maps for on in (False, True)
-    )
+    kept, divided = (bake_one(sphere_scene(shapes), maps=maps, size=48, divide_horizon=on).maps for on in (False, True))
     for name in ("ao", "by normal"):
         assert_array_equal(kept[name].values, divided[name].values)
         assert (kept[name].error, kept[name].mean) == (divided[name].error, divided[name].mean)
@@ -125,17 +127,17 @@ def test_without_a_camera_nothing_happens(shapes: Any, bake_one: Any) -> None:
 
 
 def test_by_default_the_formula_stands() -> None:
-    assert not Settings().divide_horizon
+    assert not any(spec.divided for spec in MAPS)
 
 
 def test_the_angle_is_that_of_the_view(shapes: Any) -> None:
     """R = d − 2(d·n)n, by the shading normal, from a camera at a point; flat and smooth, facing and not."""
     for smooth in (False, True):
-        ball = placed(shapes.instance(shapes.sphere(segments=32, smooth=smooth)), np.zeros(3))
+        ball = world_mesh(shapes.instance(shapes.sphere(segments=32, smooth=smooth)), np.zeros(3))
         assert ball.uv is not None
         owner = rasterize("ball", ball.uv, 64, 32).owner
         camera = Camera((3.0, -1.0, 2.0), (0.0, 0.0, 1.0))
-        cosines = cosines_to_reflected(ball, owner, camera)
+        cosines = cosines_to_reflected(TexelSurface(ball, owner), camera)
         assert cosines.shape == owner.shape and np.abs(cosines).max() <= 1 + 1e-6
         facing = cosines[owner >= 0] > 0
         assert 0.25 < facing.mean() < 0.5  # a camera at a finite distance sees less than half
@@ -144,14 +146,15 @@ def test_the_angle_is_that_of_the_view(shapes: Any) -> None:
 
 
 def test_a_camera_on_the_surface_divides_by_no_nothing(shapes: Any) -> None:
-    floor = placed(shapes.instance(shapes.plane(1.0)), np.zeros(3))
+    floor = world_mesh(shapes.instance(shapes.plane(1.0)), np.zeros(3))
     assert floor.uv is not None
     owner = np.zeros((1, 1), np.int32)
     (at,) = np.float32([[1 / 3, -1 / 3, 0.0]])
-    cosines = cosines_to_reflected(floor, owner, Camera((float(at[0]), float(at[1]), 0.0), (0.0, 0.0, -1.0)))
+    surface = TexelSurface(floor, owner)
+    cosines = cosines_to_reflected(surface, Camera((float(at[0]), float(at[1]), 0.0), (0.0, 0.0, -1.0)))
     assert np.isfinite(cosines).all()
-    hidden = cosines_to_reflected(floor, np.full((2, 2), -1, np.int32), Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0)))
-    assert_array_equal(hidden, 0.0)
+    nothing = surface.part(np.full((2, 2), -1, np.int32))
+    assert_array_equal(cosines_to_reflected(nothing, Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0))), 0.0)
 
 
 def test_texels_without_a_value_stay_so() -> None:
@@ -165,17 +168,17 @@ def test_the_report_and_the_images_tell(shapes: Any, bake_one: Any) -> None:
 
     maps = (AO, reflection(10, from_camera=True))
     for on, word, told in ((False, "keep", "kept"), (True, "divide", "divided")):
-        settings = Settings(maps, 16, 16, 4, divide_horizon=on)
-        baked = bake_one(sphere_scene(shapes), estimators=maps, rays=4, divide_horizon=on)
-        assert whole_report(settings, open_device(), {}, [])["ro_horizon"] == word
-        assert image_metadata(baked, "ro_10", settings)["horizon"] == told
-        assert image_metadata(baked, "ao", settings)["horizon"] == "kept"
+        settings = flat_settings(maps, width=16, height=16, rays=4, divide_horizon=on)
+        baked = bake_one(sphere_scene(shapes), maps=maps, rays=4, divide_horizon=on)
+        assert whole_report(told_by_reports(settings), open_device(), {}, [])["ro_horizon"] == word
+        assert image_metadata(baked, "ro_10", told_by_images(settings))["horizon"] == told
+        assert image_metadata(baked, "ao", told_by_images(settings))["horizon"] == "kept"
 
 
 def test_smooth_normals_are_the_shading_ones() -> None:
     tilted = np.tile(np.float32([0.6, 0.0, 0.8]), (1, 3, 1))
     mesh = Mesh("t", np.float32([[0, 0, 0], [1, 0, 0], [0, 1, 0]]), np.int32([[0, 1, 2]]))
     uv = np.float32([[[0, 0], [1, 0], [0, 1]]])
-    surface = Placed(mesh.vertices, mesh.triangles, uv, tilted)
-    cosines = cosines_to_reflected(surface, np.zeros((1, 1), np.int32), Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), True))
+    surface = TexelSurface(WorldMesh(mesh.vertices, mesh.triangles, uv, tilted), np.zeros((1, 1), np.int32))
+    cosines = cosines_to_reflected(surface, Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), True))
     assert cosines[0, 0] == pytest.approx(0.8, abs=1e-6)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from occlusion_bake.core.rays.accumulators import Counts
+from occlusion_bake.core.rays.accumulators import Accumulator
 from occlusion_bake.core.solve import probes
 from occlusion_bake.core.solve.probes import LANES, MOST, Probes, draw, how_many, place
 
 SIDE = 128
 RAYS = 4
-TOTALS = Counts.VISIBILITY.totals
+TOTALS = Accumulator.VISIBILITY.totals
 
 
 def binomial(truth: np.ndarray, seed: int):  # type: ignore[no-untyped-def]

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.bake import Baked
-from occlusion_bake.core.rays.accumulators import Counts
+from occlusion_bake.core.base.arrays import Floats, Ints, Longs
 from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
 from occlusion_bake.core.scene.scene import Scene
-from occlusion_bake.core.solve.solver import Goal, Means, first_rays, solve
+from occlusion_bake.core.solve.solver import Goal, first_rays, solve
+from occlusion_bake.core.solve.surface_filter import SurfaceFilter
 
 RADIUS = 0.6
 SIZE = 64
@@ -51,7 +51,7 @@ def partial(shapes: Any) -> Scene:
 
 @pytest.fixture(scope="module")
 def converged(partial: Scene, bake_one: Any) -> Baked:
-    baked: Baked = bake_one(partial, estimators=MAPS, size=SIZE, rays=4096, seed=1000)
+    baked: Baked = bake_one(partial, maps=MAPS, size=SIZE, rays=4096, seed=1000)
     return baked
 
 
@@ -74,7 +74,7 @@ def test_more_rays_are_better(resting: Scene, exact: np.ndarray, bake_one: Any) 
 
 def test_naive_samplers_are_worse(resting: Scene, exact: np.ndarray, bake_one: Any) -> None:
     def error(sampler: str) -> float:
-        baked = bake_one(resting, estimators=(sampled(AO, sampler),), size=SIZE, rays=64)
+        baked = bake_one(resting, maps=(sampled(AO, sampler),), size=SIZE, rays=64)
         return rmse(baked.maps["ao"].values, exact)
 
     best, hemisphere, sphere = (error(name) for name in ("importance", "uniform_hemisphere", "uniform_sphere"))
@@ -88,7 +88,7 @@ def test_the_mean_of_a_picture_is_unbiased(resting: Scene, means_of: Any, assert
 
 @pytest.mark.parametrize("rays", [1, 2, 3, 4, 16, 64, 256])
 def test_the_estimated_error_is_the_true_one(rays: int, partial: Scene, converged: Baked, bake_one: Any) -> None:
-    baked = bake_one(partial, estimators=MAPS, size=SIZE, rays=rays)
+    baked = bake_one(partial, maps=MAPS, size=SIZE, rays=rays)
     for name, result in baked.maps.items():
         true = rmse(result.values, converged.maps[name].values)
         assert true > 0.004  # or there would be nothing to estimate
@@ -111,7 +111,7 @@ def test_where_nothing_varies_the_error_is_0(rays: int, shapes: Any, bake_one: A
 
 def test_a_filtered_bake_knows_its_error_too(partial: Scene, converged: Baked, bake_one: Any) -> None:
     for rays in (16, 64):
-        baked = bake_one(partial, estimators=MAPS, size=SIZE, rays=rays, filtered=True)
+        baked = bake_one(partial, maps=MAPS, size=SIZE, rays=rays, filtered=True)
         for name, result in baked.maps.items():
             true = rmse(result.values, converged.maps[name].values)
             assert 0.7 < result.error / true < 1.4, f"{name}: {result.error:.5f}, in truth {true:.5f}"
@@ -170,7 +170,7 @@ def test_a_closed_and_an_open_surface_need_no_second_round(shapes: Any, bake_one
 
 def test_texels_that_face_away_are_not_covered() -> None:
     opening = np.float32([[[-1.0, -1.0]]]), None
-    solved = solve(opening, np.int32([[0, 0]]), Goal(4), 1.0, 0, no_means())
+    solved = solve(opening, np.int32([[0, 0]]), Goal(4), 0, OneRound())
     assert not solved.covered.any() and np.all(solved.values == 0)
     assert solved.error.rmse == 0.0
 
@@ -178,22 +178,32 @@ def test_texels_that_face_away_are_not_covered() -> None:
 def test_values_are_means_and_uncovered_texels_are_0() -> None:
     opening = np.float32([[[0, 4, 0], [3, -1, 0]]]), None
     owner = np.int32([[0, 0, -1], [0, 0, -1]])
-    solved = solve(opening, owner, Goal(4), 1.0, 0, no_means())
+    solved = solve(opening, owner, Goal(4), 0, OneRound())
     assert_array_equal(solved.values, np.float32([[0, 1, 0], [0.75, 0, 0]]))
     assert_array_equal(solved.covered, [[True, True, False], [True, False, False]])
     assert solved.values.dtype == np.float32
 
 
-def no_means() -> Means:
-    """For a plain bake: probes that agree with nothing are all it asks for."""
+class OneRound:
+    """The source of a plain bake's rays: probes that agree with nothing are all it asks for."""
 
-    def probe(texels: np.ndarray, rays: int) -> np.ndarray:
+    spec = AO
+
+    @property
+    def filter(self) -> SurfaceFilter:
+        raise AssertionError("a plain bake has no filter")
+
+    def trace(self, owner: Ints, rays: int) -> tuple[Floats, Floats]:
+        raise AssertionError("a plain bake has one round")
+
+    def probe(self, texels: Longs, rays: int) -> Floats:
         return np.zeros((1, len(texels)), dtype=np.float32)
 
-    def refuse(*_: Any) -> Any:
-        raise AssertionError("a plain bake has one round and no filter")
+    def enter(self, stage: str) -> None:
+        pass
 
-    return Means(refuse, probe, Counts.VISIBILITY, refuse, lambda stage: None)
+    def show(self, values: Floats) -> None:
+        pass
 
 
 def test_what_is_told_with_much_doubt_is_measured_again_by_more_rays() -> None:
@@ -201,11 +211,13 @@ def test_what_is_told_with_much_doubt_is_measured_again_by_more_rays() -> None:
     truth, error, random = 0.5, 1e-3, np.random.default_rng(0)
     asked: list[int] = []
 
-    def probe(texels: np.ndarray, rays: int) -> np.ndarray:
-        asked.append(rays)
-        return ((truth + random.normal(0.0, 1.0 / np.sqrt(rays), (1, len(texels)))) * rays).astype(np.float32)
+    class Probed(OneRound):
+        def probe(self, texels: Longs, rays: int) -> Floats:
+            asked.append(rays)
+            values = truth + random.normal(0.0, 1.0 / np.sqrt(rays), (1, len(texels)))
+            return (values * rays).astype(np.float32)
 
     opening = np.full((1, 64, 64), (truth + error) * 4, dtype=np.float32), None
-    told = solve(opening, np.zeros((64, 64), np.int32), Goal(4), 1.0, 0, replace(no_means(), probe=probe)).error
+    told = solve(opening, np.zeros((64, 64), np.int32), Goal(4), 0, Probed()).error
     assert asked == [asked[0]] * 2 + [2 * asked[0]] * 2  # two estimates each time
     assert told.square < told.doubt * 8 and told.rmse < 0.05

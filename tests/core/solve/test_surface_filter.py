@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.bake import Baked
-from occlusion_bake.core.scene.scene import Mesh, Scene, surface_of
-from occlusion_bake.core.solve.surface_filter import Field
-from occlusion_bake.core.texels.rasterize import rasterize, surface_points
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.scene.scene import Mesh, Scene
+from occlusion_bake.core.scene.world_mesh import world_surface
+from occlusion_bake.core.solve.surface_filter import SurfaceFilter
+from occlusion_bake.core.texels.rasterize import rasterize
 
 SIDE = 64
 
 
 class Sheet:
-    """A mesh's texels and its field."""
+    """A mesh's texels and their filter."""
 
     def __init__(self, shapes: Any, mesh: Mesh, side: int = SIDE) -> None:
-        self.surface = surface_of(shapes.instance(mesh), np.zeros(3))
         assert mesh.uv is not None
         self.owner = rasterize(mesh.name, mesh.uv, side, side).owner
         self.owned = self.owner >= 0
-        self.field = Field(self.surface, self.owner)
-        self.places = surface_points(self.surface, self.owner)[0].astype(np.float64)
+        self.surface = TexelSurface(world_surface(shapes.instance(mesh), np.zeros(3)), self.owner)
+        self.surface_filter = SurfaceFilter(self.surface)
+        self.places = self.surface.positions.astype(np.float64)
 
     def filter(self, value: np.ndarray, noise: float, **settings: Any) -> np.ndarray:
         ones = self.owned.astype(np.float32)
-        filtered, _ = self.field.filter(value.astype(np.float32), np.float32(noise) * ones, ones, **settings)
+        filtered, _ = self.surface_filter.filter(value.astype(np.float32), np.float32(noise) * ones, ones, **settings)
         return filtered
 
 
@@ -135,7 +138,7 @@ def test_texels_without_rays_are_filled_from_their_neighbours(flat: Sheet) -> No
     value = np.where(precision > 0, ramp(flat), 0.77).astype(
         np.float32
     )  # what stands where there are no rays is no one's
-    filtered, expected = flat.field.filter(value, np.full_like(value, 1e-4), precision)
+    filtered, expected = flat.surface_filter.filter(value, np.full_like(value, 1e-4), precision)
     assert_allclose(filtered[4:-4, 4:-4], ramp(flat)[4:-4, 4:-4], atol=2e-3)
     assert expected.min() >= 0.0
 
@@ -146,7 +149,7 @@ def test_a_precise_value_counts_for_more(flat: Sheet) -> None:
     precision = np.where(np.add.outer(np.arange(SIDE), np.arange(SIDE)) % 2 == 0, 1.0, 512.0).astype(np.float32)
     noisy = (0.5 + 0.05 * rng.standard_normal((SIDE, SIDE)) / np.sqrt(precision)).astype(np.float32)
     noise = np.full((SIDE, SIDE), 0.05**2, dtype=np.float32)
-    mixed, expected = flat.field.filter(noisy, noise, precision)
+    mixed, expected = flat.surface_filter.filter(noisy, noise, precision)
     even = flat.filter(0.5 + 0.05 * rng.standard_normal((SIDE, SIDE)), 0.05**2)
     crude = precision == 1.0
     assert np.sqrt(np.mean((mixed[crude] - 0.5) ** 2)) < 0.3 * np.sqrt(np.mean((even - 0.5) ** 2))
@@ -157,7 +160,7 @@ def test_plain_keeps_the_values_and_tells_their_noise(flat: Sheet) -> None:
     rng = np.random.default_rng(6)
     value = rng.random((SIDE, SIDE)).astype(np.float32)
     noise = (0.01 * rng.chisquare(1, (SIDE, SIDE))).astype(np.float32)
-    kept, expected = flat.field.filter(value, noise, np.full_like(value, 2.0), plain=True)
+    kept, expected = flat.surface_filter.filter(value, noise, np.full_like(value, 2.0), plain=True)
     assert_array_equal(kept, value)
     assert expected.mean() == pytest.approx(0.005, rel=0.1)
     assert expected.std() < 0.5 * noise.std()  # crude estimates of neighbours are averaged
@@ -168,7 +171,7 @@ def test_the_number_of_threads_changes_no_bit(shapes: Any) -> None:
     results = []
     for threads in (1, 3):
         sheet = Sheet(shapes, ball)
-        sheet.field = Field(sheet.surface, sheet.owner, threads=threads)
+        sheet.surface_filter = SurfaceFilter(replace(sheet.surface, threads=threads))
         rng = np.random.default_rng(7)
         results.append(sheet.filter(rng.random((SIDE, SIDE)), 0.1))
     assert_array_equal(*results)
@@ -202,12 +205,12 @@ def test_a_thin_gap_keeps_its_shadow(gap: float, shapes: Any, bake_one: Any) -> 
 
 
 @pytest.mark.parametrize("most", [200, 1000])
-def test_a_field_in_parts_is_the_same_field(most: int, shapes: Any) -> None:
+def test_a_filter_in_parts_is_the_same_filter(most: int, shapes: Any) -> None:
     """An image too large to be held at once: every texel once, by the same neighbours."""
     sheet = Sheet(shapes, shapes.sphere())
     noisy = ramp(sheet) + 0.05 * np.random.default_rng(8).standard_normal(sheet.owner.shape)
     whole = sheet.filter(noisy, 0.05**2)
-    sheet.field = Field(sheet.surface, sheet.owner, most=most)
+    sheet.surface_filter = SurfaceFilter(sheet.surface, most=most)
     assert_allclose(sheet.filter(noisy, 0.05**2), whole, atol=1e-6)
 
 
@@ -215,5 +218,5 @@ def test_parts_of_a_surface_without_extent(shapes: Any) -> None:
     """All texels in one place: one part, however many they are."""
     sheet = Sheet(shapes, shapes.plane(1e-30))
     values = np.full(sheet.owner.shape, 0.25)
-    sheet.field = Field(sheet.surface, sheet.owner, most=100)
+    sheet.surface_filter = SurfaceFilter(sheet.surface, most=100)
     assert_allclose(sheet.filter(values, 0.1)[sheet.owned], 0.25, atol=1e-6)

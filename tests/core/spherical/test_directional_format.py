@@ -13,10 +13,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.solve.horizon import open_horizon
 from occlusion_bake.core.spherical import directional_format, spherical_harmonics, visibility_mask
 from occlusion_bake.core.spherical.directional_format import (
-    Code,
+    DirectionalFormat,
     channel_names,
     encode,
     from_images,
@@ -25,8 +24,12 @@ from occlusion_bake.core.spherical.directional_format import (
     to_images,
 )
 from occlusion_bake.core.spherical.hemisphere_cells import coarser, directions, subcells
+from occlusion_bake.core.spherical.lobe import open_horizon
 
-EVERY = [*(Code("sh", degree) for degree in range(1, 7)), *(Code(k, s) for k in ("mask", "cells") for s in (8, 16))]
+EVERY = [
+    *(DirectionalFormat("sh", degree) for degree in range(1, 7)),
+    *(DirectionalFormat(k, s) for k in ("mask", "cells") for s in (8, 16)),
+]
 NAMES = [code.name for code in EVERY]
 FINE = 64  # directions along a side of the square
 
@@ -54,7 +57,7 @@ def occluded(count: int) -> np.ndarray[Any, Any]:
 
 
 @pytest.mark.parametrize("code", EVERY, ids=NAMES)
-def test_a_name_for_every_channel(code: Code, drawn: np.ndarray[Any, Any]) -> None:
+def test_a_name_for_every_channel(code: DirectionalFormat, drawn: np.ndarray[Any, Any]) -> None:
     names = channel_names(code)
     assert len(names) == code.count == encode(drawn, code).shape[1] and len(set(names)) == len(names)
     assert names == sorted(names)  # programs list them so
@@ -62,23 +65,28 @@ def test_a_name_for_every_channel(code: Code, drawn: np.ndarray[Any, Any]) -> No
 
 
 def test_names_and_counts() -> None:
-    assert channel_names(Code("sh", 1)) == ["sh.00", "sh.01", "sh.02", "sh.03"]
-    assert channel_names(Code("mask", 16))[-1] == "mask.31" and channel_names(Code("cells", 16))[7] == "cells.007"
+    assert channel_names(DirectionalFormat("sh", 1)) == ["sh.00", "sh.01", "sh.02", "sh.03"]
+    assert (
+        channel_names(DirectionalFormat("mask", 16))[-1] == "mask.31"
+        and channel_names(DirectionalFormat("cells", 16))[7] == "cells.007"
+    )
     assert [code.count for code in EVERY] == [4, 9, 16, 25, 36, 49, 8, 32, 64, 256]
-    assert (Code("sh", 3).name, Code("mask", 8).name) == ("sh_3", "mask_8")
+    assert (DirectionalFormat("sh", 3).name, DirectionalFormat("mask", 8).name) == ("sh_3", "mask_8")
 
 
 def test_codes_are_those_of_their_modules(drawn: np.ndarray[Any, Any]) -> None:
-    assert_array_equal(encode(drawn, Code("sh", 3)), spherical_harmonics.fit(drawn, 3))
-    assert_array_equal(encode(drawn, Code("mask", 8)), visibility_mask.pack(coarser(drawn)))
-    assert_array_equal(encode(drawn, Code("mask", 16)), visibility_mask.pack(drawn))
-    assert_array_equal(encode(drawn, Code("cells", 16)).reshape(drawn.shape), drawn)
-    assert_array_equal(encode(coarser(drawn), Code("cells", 8)), encode(drawn, Code("cells", 8)))
+    assert_array_equal(encode(drawn, DirectionalFormat("sh", 3)), spherical_harmonics.fit(drawn, 3))
+    assert_array_equal(encode(drawn, DirectionalFormat("mask", 8)), visibility_mask.pack(coarser(drawn)))
+    assert_array_equal(encode(drawn, DirectionalFormat("mask", 16)), visibility_mask.pack(drawn))
+    assert_array_equal(encode(drawn, DirectionalFormat("cells", 16)).reshape(drawn.shape), drawn)
+    assert_array_equal(
+        encode(coarser(drawn), DirectionalFormat("cells", 8)), encode(drawn, DirectionalFormat("cells", 8))
+    )
     assert all(encode(drawn, code).dtype == np.float32 for code in EVERY)
 
 
 @pytest.mark.parametrize("code", EVERY, ids=NAMES)
-def test_open_is_the_open_horizon(code: Code) -> None:
+def test_open_is_the_open_horizon(code: DirectionalFormat) -> None:
     reflected = directions(*np.random.default_rng(1).random((2, 20)))
     values = encode(np.ones((20, 16, 16), np.float32), code)
     assert_allclose(rebuild(values, code, reflected, 10), open_horizon(10, reflected[:, 2]), atol=2e-5)
@@ -86,7 +94,7 @@ def test_open_is_the_open_horizon(code: Code) -> None:
 
 @pytest.mark.parametrize("depth", [8, 16])
 @pytest.mark.parametrize("code", EVERY, ids=NAMES)
-def test_images_there_and_back(code: Code, depth: int, drawn: np.ndarray[Any, Any]) -> None:
+def test_images_there_and_back(code: DirectionalFormat, depth: int, drawn: np.ndarray[Any, Any]) -> None:
     values = encode(drawn, code).reshape(5, 6, -1)
     images = to_images(values, code, depth)
     channels = code.count // 2 if code.kind == "mask" and depth == 16 else code.count
@@ -107,19 +115,19 @@ def test_images_there_and_back(code: Code, depth: int, drawn: np.ndarray[Any, An
 
 def test_where_channels_lie() -> None:
     values = np.arange(8, dtype=np.float32).reshape(1, 1, 8) * 30
-    (first, second) = to_images(values, Code("mask", 8), 8)
+    (first, second) = to_images(values, DirectionalFormat("mask", 8), 8)
     assert first.tolist() == [[[0, 30, 60, 90]]] and second.tolist() == [[[120, 150, 180, 210]]]
-    (both,) = to_images(values, Code("mask", 8), 16)
+    (both,) = to_images(values, DirectionalFormat("mask", 8), 16)
     assert both.tolist() == [[[0 + 256 * 30, 60 + 256 * 90, 120 + 256 * 150, 180 + 256 * 210]]]
-    nine = to_images(np.zeros((1, 1, 9), np.float32), Code("sh", 2), 8)
+    nine = to_images(np.zeros((1, 1, 9), np.float32), DirectionalFormat("sh", 2), 8)
     assert nine[2][0, 0, 1:].tolist() == [255, 255, 255]
-    low, high = ranges(Code("sh", 2))
-    ends = [to_images(each.reshape(1, 1, 9), Code("sh", 2), 16)[0][0, 0].tolist() for each in (low, high)]
+    low, high = ranges(DirectionalFormat("sh", 2))
+    ends = [to_images(each.reshape(1, 1, 9), DirectionalFormat("sh", 2), 16)[0][0, 0].tolist() for each in (low, high)]
     assert ends == [[0] * 4, [65535] * 4]
 
 
 @pytest.mark.parametrize("code", EVERY, ids=NAMES)
-def test_all_codes_lie_in_their_ranges(code: Code) -> None:
+def test_all_codes_lie_in_their_ranges(code: DirectionalFormat) -> None:
     rng = np.random.default_rng(3)
     values = encode((rng.random((500, 16, 16)) < rng.random((500, 1, 1))).astype(np.float32), code)
     low, high = ranges(code)
@@ -127,7 +135,7 @@ def test_all_codes_lie_in_their_ranges(code: Code) -> None:
     assert np.all(values >= low - 1e-5) and np.all(values <= high + 1e-5)
 
 
-def errors(code: Code, depth: int | None = None) -> dict[float, float]:
+def errors(code: DirectionalFormat, depth: int | None = None) -> dict[float, float]:
     """RMSE of RO over texels and views of n·v from 0.15 to 1, by exponent. depth: through images of so many bits."""
     seen = occluded(200)
     cells = seen.reshape(-1, 16, FINE // 16, 16, FINE // 16).mean(axis=(2, 4)).astype(np.float32)
@@ -147,36 +155,38 @@ def errors(code: Code, depth: int | None = None) -> dict[float, float]:
 
 
 def test_sixteen_numbers_tell_a_lobe_of_exponent_10() -> None:
-    assert errors(Code("sh", 3))[10] <= 0.025
-    assert errors(Code("sh", 3), depth=8)[10] <= 0.027
+    assert errors(DirectionalFormat("sh", 3))[10] <= 0.025
+    assert errors(DirectionalFormat("sh", 3), depth=8)[10] <= 0.027
 
 
 def test_thirty_two_bytes_tell_a_lobe_of_exponent_32() -> None:
-    assert errors(Code("mask", 16))[32] <= 0.04
+    assert errors(DirectionalFormat("mask", 16))[32] <= 0.04
 
 
 def test_more_numbers_are_nearer() -> None:
-    found = [errors(Code("sh", degree))[10] for degree in (1, 2, 3, 4, 6)]
+    found = [errors(DirectionalFormat("sh", degree))[10] for degree in (1, 2, 3, 4, 6)]
     assert all(more < 0.6 * fewer for fewer, more in pairwise(found))
-    assert errors(Code("cells", 8))[32] < errors(Code("mask", 8))[32]
+    assert errors(DirectionalFormat("cells", 8))[32] < errors(DirectionalFormat("mask", 8))[32]
 
 
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: Code("sh", 0), "degree 0"),
-        (lambda: Code("sh", 7), "degree 7"),
-        (lambda: Code("mask", 12), "12 x 12"),
-        (lambda: Code("cells", 32), "32 x 32"),
-        (lambda: Code("cone", 8), "'cone'"),  # type: ignore[arg-type]
-        (lambda: encode(np.ones((1, 8, 8), np.float32), Code("mask", 16)), "mask_16: the bake has 8 x 8"),
-        (lambda: to_images(np.ones((1, 1, 16), np.float32), Code("sh", 3), 32), "32 bits"),
-        (lambda: to_images(np.ones((1, 1, 15), np.float32), Code("sh", 3), 8), "15 values"),
-        (lambda: from_images([np.zeros((1, 1, 4), np.uint8)] * 3, Code("sh", 3)), "3 images; give 4"),
-        (lambda: from_images([], Code("sh", 3)), "sh_3"),
-        (lambda: from_images([np.zeros((1, 1, 4), np.float32)] * 4, Code("sh", 3)), "32 bits"),
+        (lambda: DirectionalFormat("sh", 0), "degree 0"),
+        (lambda: DirectionalFormat("sh", 7), "degree 7"),
+        (lambda: DirectionalFormat("mask", 12), "12 x 12"),
+        (lambda: DirectionalFormat("cells", 32), "32 x 32"),
+        (lambda: DirectionalFormat("cone", 8), "'cone'"),  # type: ignore[arg-type]
+        (lambda: encode(np.ones((1, 8, 8), np.float32), DirectionalFormat("mask", 16)), "mask_16: the bake has 8 x 8"),
+        (lambda: to_images(np.ones((1, 1, 16), np.float32), DirectionalFormat("sh", 3), 32), "32 bits"),
+        (lambda: to_images(np.ones((1, 1, 15), np.float32), DirectionalFormat("sh", 3), 8), "15 values"),
+        (lambda: from_images([np.zeros((1, 1, 4), np.uint8)] * 3, DirectionalFormat("sh", 3)), "3 images; give 4"),
+        (lambda: from_images([], DirectionalFormat("sh", 3)), "sh_3"),
+        (lambda: from_images([np.zeros((1, 1, 4), np.float32)] * 4, DirectionalFormat("sh", 3)), "32 bits"),
         (
-            lambda: directional_format.rebuild(np.ones((1, 4), np.float32), Code("sh", 3), np.float64([[0, 0, 1]]), 1),
+            lambda: directional_format.rebuild(
+                np.ones((1, 4), np.float32), DirectionalFormat("sh", 3), np.float64([[0, 0, 1]]), 1
+            ),
             "4 values",
         ),
     ],
@@ -191,14 +201,14 @@ def test_the_page_has_the_ranges_of_degree_3() -> None:
     page = Path(__file__).resolve().parents[3] / "docs" / "directional.md"
     rows = re.findall(r"^\| [0-3] \|(.*)\|$", page.read_text(encoding="utf-8"), flags=re.MULTILINE)
     told = [float(number) for row in rows for number in row.split("|") if number.strip()]
-    low, high = ranges(Code("sh", 3))
+    low, high = ranges(DirectionalFormat("sh", 3))
     assert_allclose(told, (high - low) / 2, atol=2e-6)
 
 
 def test_one_step_of_8_bits_is_small() -> None:
     """Of degree 3 all steps together move RO of exponent 10 by less than 0.0125: they are independent, to a step's
     twelfth, and the lobe's terms weigh them."""
-    low, high = ranges(Code("sh", 3))
+    low, high = ranges(DirectionalFormat("sh", 3))
     steps = (high - low) / 255 / sqrt(12)
     terms = spherical_harmonics.lobe_terms(10.0, np.linspace(0.15, 1, 20), 3)
     weights = [abs(terms[:, l * (l + 1) // 2 + abs(m)]) for l in range(4) for m in range(-l, l + 1)]  # noqa: E741

@@ -7,8 +7,7 @@ from math import pi
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from occlusion_bake.core.solve.horizon import open_horizon
-from occlusion_bake.core.spherical.lobe import lobe_nodes
+from occlusion_bake.core.spherical.lobe import lobe_nodes, open_horizon
 
 COSINES = np.concatenate([[0.0, 1e-6, 1e-3], np.linspace(0.02, 1.0, 50)])
 

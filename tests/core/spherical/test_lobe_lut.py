@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from occlusion_bake.core.spherical import spherical_harmonics
-from occlusion_bake.core.spherical.lobe_lut import PADDED, SIDE, TILES, lobe_image, lobe_splines
+from occlusion_bake.core.spherical.lobe_lut import PADDED, SIDE, TILES, lobe_lut, lobe_splines
 
 Array = np.ndarray[Any, Any]
 COSINES = np.linspace(0.0, 0.999, 301)
@@ -36,7 +36,7 @@ def splines() -> Array:
 
 
 def test_they_go_through_the_image(splines: Array) -> None:
-    wanted = tiles(lobe_image())
+    wanted = tiles(lobe_lut())
     assert splines.shape == (PADDED, TILES * PADDED, 3) and splines.dtype == np.float32
     for row in (0, 1, 30, SIDE - 1):
         found = bicubic(tiles(splines), np.arange(SIDE) + 1.0, row + 1.0)

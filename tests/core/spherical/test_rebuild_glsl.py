@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from occlusion_bake.core.solve.horizon import open_horizon
 from occlusion_bake.core.spherical import spherical_harmonics, visibility_mask
 from occlusion_bake.core.spherical.hemisphere_cells import coarser, directions, subcells
-from occlusion_bake.core.spherical.lobe_lut import SIDE, TILES, lobe_image
+from occlusion_bake.core.spherical.lobe import open_horizon
+from occlusion_bake.core.spherical.lobe_lut import SIDE, TILES, lobe_lut
 
 HERE = Path(__file__).resolve().parent
 SHADER = HERE.parents[2] / "docs" / "engines" / "rebuild.glsl"
@@ -63,14 +63,14 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     folder = tmp_path_factory.mktemp("shader")
     source, library = folder / "shader.cpp", folder / "shader.so"
     source.write_text(_PROGRAM, encoding="utf-8")
-    flags = ["-std=c++17", "-O1", "-shared", "-fPIC", f"-I{HERE}", f"-I{SHADER.parent}"]
+    flags = ["-std=c++17", "-O1", "-shared", "-fPIC", f"-I{HERE.parent}", f"-I{SHADER.parent}"]
     subprocess.run([*compiler, *flags, str(source), "-o", str(library)], check=True)
     return ctypes.CDLL(str(library))
 
 
 @pytest.fixture(scope="module")
 def run(library: ctypes.CDLL) -> Run:
-    image = lobe_image()
+    image = lobe_lut()
 
     def run_it(which: int, code: Array, mask: Array, r: Array, exponent: Array) -> Array:
         result = np.empty(len(r), np.float32)
@@ -108,7 +108,7 @@ def drawn() -> Drawn:
 
 
 def test_the_image_lies_as_it_is_said() -> None:
-    image = lobe_image()
+    image = lobe_lut()
     assert image.shape == (SIDE, TILES * SIDE, 3) and image.dtype == np.float32 and np.isfinite(image).all()
     column, row = 20, 30
     cosine, exponent = np.array([column / (SIDE - 1)]), 2 / (row / (SIDE - 1)) ** 2 - 2

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.solve.horizon import open_horizon
 from occlusion_bake.core.spherical.hemisphere_cells import directions, subcells
+from occlusion_bake.core.spherical.lobe import open_horizon
 from occlusion_bake.core.spherical.spherical_harmonics import basis, bounds, fit, lobe_terms, orders, rebuild
 
 DEGREES = range(1, 7)

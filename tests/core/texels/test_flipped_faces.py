@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.bake import Baked, Settings, bake
+from occlusion_bake.core.bake import Baked, bake
 from occlusion_bake.core.rays import occluders
 from occlusion_bake.core.rays.map_spec import reflection
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.tests.oracles.settings import flat_settings
 
-SETTINGS = Settings(width=48, height=32, rays=4, margin=0)
+SETTINGS = flat_settings(width=48, height=32, rays=4, margin=0)
 
 
 def turn(mesh: Mesh, rows: Any) -> Mesh:
@@ -39,7 +40,7 @@ def test_faces_turned_round(offset: float, scale: float, mirror: float, shapes: 
     matrix = shapes.matrix((offset, -offset, offset), (scale, mirror * scale, scale), turned=True)
     for sides in (0, 1, 2):
         baked = one(shapes.instance(turn(block(shapes), slice(0, 2 * sides)), matrix))
-        assert baked.turned == pytest.approx(sides / 6.0, abs=0.01)
+        assert baked.surface.flipped == pytest.approx(sides / 6.0, abs=0.01)
         told = [line for line in baked.warnings if "the backs of its own faces alone" in line]
         assert len(told) == (sides > 0), baked.warnings
 
@@ -51,10 +52,10 @@ def test_what_is_sound_has_none(shapes: Any) -> None:
     bowl = turn(ball, slice(None))
     bowl = replace(bowl, triangles=bowl.triangles[200:], uv=bowl.uv[200:])  # type: ignore[index]
     for mesh in (ball, plane, room, open_room, bowl, block(shapes)):
-        assert one(shapes.instance(mesh), shapes.instance(shapes.plane(9.0, -2.0, name="floor"))).turned == 0.0
+        assert one(shapes.instance(mesh), shapes.instance(shapes.plane(9.0, -2.0, name="floor"))).surface.flipped == 0.0
     target = shapes.instance(turn(block(shapes), slice(0, 2)))
     (ghost,) = bake(Scene([target], [shapes.instance(plane)]), SETTINGS)
-    assert ghost.turned == 0.0
+    assert ghost.surface.flipped == 0.0
 
 
 def test_a_part_buried_in_another_of_the_same_mesh(shapes: Any) -> None:
@@ -63,7 +64,7 @@ def test_a_part_buried_in_another_of_the_same_mesh(shapes: Any) -> None:
     half = both.uv * np.float32([0.5, 1.0])
     half[12:, :, 0] += np.float32(0.5)
     baked = one(shapes.instance(replace(both, uv=half)))
-    assert baked.turned == pytest.approx(0.5, abs=0.01)
+    assert baked.surface.flipped == pytest.approx(0.5, abs=0.01)
 
 
 def test_instances_around_it_change_nothing(shapes: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,7 +72,7 @@ def test_instances_around_it_change_nothing(shapes: Any, monkeypatch: pytest.Mon
     target = shapes.instance(turn(block(shapes), slice(0, 2)))
     ball = shapes.sphere(segments=8)
     others = [shapes.instance(ball, shapes.matrix((4 * i, 0, 0)), f"ball {i}") for i in (1, 2, 3)]
-    assert one(target, *others).turned == pytest.approx(1 / 6, abs=0.01)
+    assert one(target, *others).surface.flipped == pytest.approx(1 / 6, abs=0.01)
 
 
 def test_a_map_without_light_is_told(shapes: Any) -> None:
@@ -82,7 +83,7 @@ def test_a_map_without_light_is_told(shapes: Any) -> None:
 
 
 def test_what_faces_away_from_the_camera_is_not_dark(shapes: Any) -> None:
-    settings = Settings((reflection(10.0, from_camera=True),), 16, 16, rays=4, margin=0)
+    settings = flat_settings((reflection(10.0, from_camera=True),), width=16, height=16, rays=4, margin=0)
     plane = shapes.instance(shapes.plane(1.0))
     (baked,) = bake(Scene([plane], [plane], Camera((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))), settings)
     assert baked.warnings == [] and not baked.maps["ro_10"].covered.any()

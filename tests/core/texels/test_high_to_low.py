@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 from occlusion_bake.core.bake import Baked, Settings, bake
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.scene.scene import Highs, Instance, Mesh, Scene
+from occlusion_bake.core.scene.scene import HighPoly, Instance, Mesh, Scene
 from occlusion_bake.core.texels import high_to_low as module
 from occlusion_bake.core.texels.high_to_low import AUTOMATIC, extrusion_of
+from occlusion_bake.tests.oracles.settings import flat_settings
 
-SETTINGS = Settings(width=48, height=32, rays=64, margin=0)
+SETTINGS = flat_settings(width=48, height=32, rays=64, margin=0)
 
 
 def baked(low: Instance, *highs: Instance, settings: Settings = SETTINGS, others: Any = (), **options: Any) -> Baked:
-    scene = Scene([low], [*highs, *others], highs={low.name: Highs(highs, **options)})
+    scene = Scene([low], [*highs, *others], highs={low.name: HighPoly(highs, **options)})
     (one,) = bake(scene, settings)
     return one
 
@@ -51,7 +52,7 @@ def test_a_ball_is_open_and_its_inside_shut(offset: float, scale: float, mirror:
 
 def test_a_bowl_sees_half_of_the_sky_from_everywhere(shapes: Any) -> None:
     """Within a sphere every part of it takes its share of the cosine-weighted sky: a hemisphere, the half."""
-    settings = replace(SETTINGS, rays=1024)
+    settings = flat_settings(width=48, height=32, rays=1024, margin=0)
     low, high = shapes.instance(bowl(shapes, 16, "low")), shapes.instance(bowl(shapes, 384, "high"))
     ao = baked(low, high, settings=settings, extrusion=0.08).maps["ao"]
     values = ao.values[ao.covered]
@@ -68,12 +69,12 @@ def test_what_the_high_mesh_has_shows_on_the_low_one(shapes: Any) -> None:
     right = shapes.quad((0.25, -200, -0.25), (0, 0, 0.25), (0, 400, 0), name="right")
     banks = [shapes.quad((x, -200, 0), (20, 0, 0), (0, 400, 0), name=f"bank {x}") for x in (-20.25, 0.25)]
     highs = [shapes.instance(each) for each in (floor, left, right, *banks)]
-    settings = Settings(width=65, height=65, rays=1024, margin=0)
+    settings = flat_settings(width=65, height=65, rays=1024, margin=0)
     made = baked(low, *highs, settings=settings, extrusion=0.3)
     ao = made.maps["ao"].values
     assert ao[:, 32].mean() == pytest.approx(np.sqrt(0.5), abs=3e-3)
     assert np.all(ao[:, :20] == 1.0) and np.all(ao[:, -20:] == 1.0)
-    assert made.inside == 0.0
+    assert made.surface.interior == 0.0
 
 
 def test_a_ray_goes_through_the_backs_of_faces(shapes: Any) -> None:
@@ -93,7 +94,7 @@ def test_a_point_on_an_edge_keeps_off_it(shapes: Any) -> None:
     floor = shapes.quad((0, -200, 0), (200, 0, 0), (0, 400, 0), name="floor")
     wall = shapes.quad((0, -200, 0), (0, 400, 0), (0, 0, 200), name="wall")
     corner = shapes.joined([floor, wall], "corner")
-    settings = Settings(width=1, height=8, rays=4096, margin=0)
+    settings = flat_settings(width=1, height=8, rays=4096, margin=0)
     for turned in (False, True):
         matrix = shapes.matrix(turned=turned)
         made = baked(replace(low, matrix=matrix), shapes.instance(corner, matrix), settings=settings, extrusion=0.1)
@@ -105,7 +106,7 @@ def test_a_point_on_an_edge_keeps_off_it(shapes: Any) -> None:
 def test_texels_that_see_nothing_are_told_and_filled(shapes: Any) -> None:
     low = shapes.instance(shapes.plane(1.0, name="low"))
     half = shapes.instance(shapes.quad((-1, -1, 0.01), (1, 0, 0), (0, 2, 0), name="half"))
-    made = baked(low, half, settings=replace(SETTINGS, margin=64))
+    made = baked(low, half, settings=flat_settings(width=48, height=32, rays=64, margin=64))
     ao = made.maps["ao"]
     assert ao.covered[:, :24].all() and not ao.covered[:, 24:].any()
     assert np.all(ao.values == 1.0)
@@ -136,9 +137,9 @@ def test_parts_of_the_high_mesh_within_one_another_are_no_other_meshes(shapes: A
     low = shapes.instance(shapes.sphere(segments=32, name="low"))
     ball, sunk = shapes.sphere(segments=64, smooth=False), shapes.sphere((0.9, 0, 0), 0.5, 64, smooth=False)
     one = shapes.instance(shapes.joined([ball, sunk], "one"))
-    assert baked(low, one, extrusion=0.1).inside == 0.0
+    assert baked(low, one, extrusion=0.1).surface.interior == 0.0
     around = shapes.instance(shapes.sphere(radius=3.0, segments=32, name="around"))
-    assert baked(low, one, extrusion=0.1, others=[around]).inside == 1.0
+    assert baked(low, one, extrusion=0.1, others=[around]).surface.interior == 1.0
 
 
 def test_alone_is_with_its_own_high_meshes(shapes: Any) -> None:
@@ -146,7 +147,7 @@ def test_alone_is_with_its_own_high_meshes(shapes: Any) -> None:
     lows = [shapes.instance(shapes.plane(1.0, name=f"low {i}")) for i in range(2)]
     floors = [shapes.instance(shapes.plane(1.0, name=f"floor {i}")) for i in range(2)]
     lid = shapes.instance(shapes.plane(50.0, 0.5, name="lid", up=-1.0))
-    highs = {"low 0": Highs([floors[0], lid]), "low 1": Highs([floors[1]])}
+    highs = {"low 0": HighPoly([floors[0], lid]), "low 1": HighPoly([floors[1]])}
     for shared, wanted in ((True, [0.1, 0.1]), (False, [0.1, 1.0])):
         scene = Scene(lows, [*floors, lid], shared=shared, highs=highs)
         means = [each.maps["ao"].mean for each in bake(scene, SETTINGS)]
@@ -165,7 +166,7 @@ def test_parts_at_a_time_change_nothing(shapes: Any, monkeypatch: pytest.MonkeyP
 def test_to_an_error_with_the_filter(shapes: Any) -> None:
     """Texels of no size are filtered as the low mesh's own would be: the error that is told is the one that is made."""
     low, high = shapes.instance(bowl(shapes, 16, "low")), shapes.instance(bowl(shapes, 384, "high"))
-    settings = Settings(width=256, height=256, error=1 / 255, margin=0)
+    settings = flat_settings(width=256, height=256, error=1 / 255, margin=0)
     ao = baked(low, high, settings=settings, extrusion=0.08).maps["ao"]
     true = float(np.sqrt(np.mean((ao.values[ao.covered].astype(np.float64) - 0.5) ** 2)))
     assert true < 1.25 * ao.error + 1e-3  # the tessellation of the bowl is in it, too

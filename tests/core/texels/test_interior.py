@@ -15,12 +15,15 @@ from occlusion_bake.core.finish.report import object_entry, write_report
 from occlusion_bake.core.rays import occluders
 from occlusion_bake.core.rays.embree import open_device
 from occlusion_bake.core.rays.kernel_api import Control
-from occlusion_bake.core.rays.tracer import TraceScene
-from occlusion_bake.core.scene.scene import Instance, Mesh, Placed, Scene, placed
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.rays.trace_scene import TraceScene
+from occlusion_bake.core.scene.scene import Instance, Mesh, Scene
+from occlusion_bake.core.scene.world_mesh import WorldMesh, world_mesh
 from occlusion_bake.core.texels import interior
-from occlusion_bake.core.texels.interior import SAMPLED, share_inside
+from occlusion_bake.core.texels.interior import SAMPLED, interior_share
+from occlusion_bake.tests.oracles.settings import flat_settings
 
-SETTINGS = Settings(width=48, height=32, rays=1, margin=0)
+SETTINGS = flat_settings(width=48, height=32, rays=1, margin=0)
 ORIGIN = np.zeros(3)
 
 
@@ -32,7 +35,7 @@ def block(shapes: Any, half: float | tuple[float, float, float] = 1.0, name: str
 
 
 def share(target: Instance, *others: Instance, settings: Settings = SETTINGS) -> float:
-    return one(target, *others, settings=settings).inside
+    return one(target, *others, settings=settings).surface.interior
 
 
 def one(target: Instance, *others: Instance, settings: Settings = SETTINGS) -> Baked:
@@ -117,7 +120,7 @@ def test_sheets_at_random_hold_next_to_nothing(shapes: Any) -> None:
         leaves.append(shapes.instance(leaf, matrix, f"leaf {i}"))
     baked = one(shapes.instance(shapes.sphere(radius=0.5, segments=16), name="trunk"), *leaves)
     assert baked.maps["ao"].mean < 0.1
-    assert baked.inside < 0.01
+    assert baked.surface.interior < 0.01
 
 
 def test_an_objects_own_faces_do_not_count(shapes: Any) -> None:
@@ -138,18 +141,18 @@ def test_a_room_that_faces_inwards_holds_nothing(shapes: Any) -> None:
 
 def test_the_distance_does_not_matter(shapes: Any) -> None:
     ball = shapes.instance(shapes.sphere(radius=0.01, segments=16))
-    settings = Settings(width=48, height=32, rays=1, distance=0.1)
+    settings = flat_settings(width=48, height=32, rays=1, distance=0.1)
     baked = one(ball, shapes.instance(block(shapes)), settings=settings)
-    assert baked.inside == 1.0 and baked.maps["ao"].mean > 0.99
+    assert baked.surface.interior == 1.0 and baked.maps["ao"].mean > 0.99
 
 
 def test_a_frame_that_serves_several_knows_each_ones_own_faces(shapes: Any) -> None:
     outer, inner = (shapes.instance(shapes.sphere(radius=r, segments=32), name=f"of {r}") for r in (1.0, 0.7))
-    shares = {baked.name: baked.inside for baked in bake(Scene([outer, inner], [outer, inner]), SETTINGS)}
+    shares = {baked.name: baked.surface.interior for baked in bake(Scene([outer, inner], [outer, inner]), SETTINGS)}
     assert shares == {"of 1.0": 0.0, "of 0.7": 1.0}
     ghost = shapes.instance(shapes.sphere(radius=0.8, segments=32), name="ghost")
     (baked,) = bake(Scene([ghost], [outer, inner]), SETTINGS)  # it does not occlude
-    assert baked.inside == 1.0
+    assert baked.surface.interior == 1.0
 
 
 def test_values_are_as_they_were_and_a_line_tells(shapes: Any, tmp_path: Path) -> None:
@@ -159,14 +162,14 @@ def test_values_are_as_they_were_and_a_line_tells(shapes: Any, tmp_path: Path) -
     assert baked.maps["ao"].values.min() == 0.0
     (line,) = baked.warnings
     assert line.startswith("Rock.003: about 50 % of the texels lie inside another mesh") and "\n" not in line
-    assert object_entry(baked, {})["inside"] == baked.inside
+    assert object_entry(baked, {})["inside"] == baked.surface.interior
     write_report(tmp_path / "report.json", object_entry(baked, {}))
-    assert json.loads((tmp_path / "report.json").read_text())["inside"] == baked.inside
+    assert json.loads((tmp_path / "report.json").read_text())["inside"] == baked.surface.interior
     assert interior.warning("a", 0.0) == interior.warning("a", 0.019) == []
 
 
-def stage(shapes: Any) -> tuple[TraceScene, Placed]:
-    inner, outer = (placed(shapes.instance(block(shapes, half)), ORIGIN) for half in (0.5, 1.0))
+def stage(shapes: Any) -> tuple[TraceScene, WorldMesh]:
+    inner, outer = (world_mesh(shapes.instance(block(shapes, half)), ORIGIN) for half in (0.5, 1.0))
     scene = TraceScene(open_device())
     assert [scene.add(each.vertices, each.triangles) for each in (inner, outer)] == [0, 1]
     assert scene.add(inner.vertices, inner.triangles[:0]) == -1
@@ -176,7 +179,7 @@ def stage(shapes: Any) -> tuple[TraceScene, Placed]:
 
 def test_without_texels_there_is_no_share(shapes: Any) -> None:
     scene, inner = stage(shapes)
-    assert share_inside(scene, inner, np.full((8, 8), -1, np.int32), 0) == 0.0
+    assert interior_share(scene, TexelSurface(inner, np.full((8, 8), -1, np.int32)), 0) == 0.0
 
 
 def test_threads_and_size_change_nothing(shapes: Any) -> None:
@@ -184,7 +187,7 @@ def test_threads_and_size_change_nothing(shapes: Any) -> None:
     scene, inner = stage(shapes)
     for size in (1, 40, 512):
         owner = np.full((size, size), 3, np.int32)
-        assert {share_inside(scene, inner, owner, 0, threads=threads) for threads in (1, 2, 3)} == {1.0}
+        assert {interior_share(scene, TexelSurface(inner, owner, threads=threads), 0) for threads in (1, 2, 3)} == {1.0}
     spread = interior.spread(np.arange(512 * 512))
     assert len(spread) == SAMPLED and np.all(np.diff(spread) > 0)
     for place in (spread % 512, spread // 512):
@@ -196,9 +199,9 @@ def test_it_can_be_cancelled_and_refuses_what_is_not_built(shapes: Any) -> None:
     scene, inner = stage(shapes)
     owner = np.zeros((8, 8), np.int32)
     with pytest.raises(Cancelled):
-        share_inside(scene, inner, owner, 0, control=Control(cancel=1))
+        interior_share(scene, TexelSurface(inner, owner), 0, control=Control(cancel=1))
     control = Control()
-    share_inside(scene, inner, owner, 0, control=control)
+    interior_share(scene, TexelSurface(inner, owner), 0, control=control)
     assert control.done == control.total == 64
     with pytest.raises(InputError, match="built"):
-        share_inside(TraceScene(open_device()), inner, owner, 0)
+        interior_share(TraceScene(open_device()), TexelSurface(inner, owner), 0)

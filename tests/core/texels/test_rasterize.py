@@ -10,8 +10,9 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.rays.kernel_api import Control
-from occlusion_bake.core.scene.scene import Placed
-from occlusion_bake.core.texels.rasterize import Texels, owners_by_centre, rasterize, surface_points
+from occlusion_bake.core.rays.texel_surface import TexelSurface
+from occlusion_bake.core.scene.world_mesh import WorldMesh
+from occlusion_bake.core.texels.rasterize import Texels, owners_by_centre, rasterize
 
 Points = list[tuple[float, float]]
 SIZES = [(24, 17), (7, 31), (16, 16), (1, 9)]
@@ -240,7 +241,8 @@ def test_surface_points_are_the_middles_of_the_footprints(size: tuple[int, int])
     owner = trial(1, size)[1].owner
     triangles = np.arange(3 * len(uv), dtype=np.int32).reshape(-1, 3)
     vertices = rng.normal(0, 1, (3 * len(uv), 3)).astype(np.float32)
-    positions, normals = surface_points(Placed(vertices, triangles, uv), owner)
+    texels = TexelSurface(WorldMesh(vertices, triangles, uv), owner)
+    positions, normals = texels.positions, texels.normals
     corners = in_texels(uv, *size)
     for y, x in np.argwhere(owner >= 0):
         share, centroid = area_and_centroid(clipped(corners[owner[y, x]], x, y))
@@ -257,9 +259,10 @@ def test_surface_points_are_the_middles_of_the_footprints(size: tuple[int, int])
 
 def test_surface_points_lie_on_the_surface(shapes: Any) -> None:
     sphere = shapes.sphere(segments=32)
-    surface = Placed(sphere.vertices, sphere.triangles, sphere.uv, sphere.normals)
+    surface = WorldMesh(sphere.vertices, sphere.triangles, sphere.uv, sphere.normals)
     owner = rasterize("sphere", sphere.uv, 50, 40).owner
-    positions, normals = surface_points(surface, owner)
+    texels = TexelSurface(surface, owner)
+    positions, normals = texels.positions, texels.normals
     mask = owner >= 0
     a, b, c = (sphere.vertices[sphere.triangles[owner[mask], i]].astype(np.float64) for i in range(3))
     flat = np.cross(b - a, c - a)

@@ -8,32 +8,34 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.bake import Baker, Settings, bake
+from occlusion_bake.core.bake import Baker, bake
 from occlusion_bake.core.base.errors import Cancelled, InputError
-from occlusion_bake.core.finish.bent_normals import Bent, Space
+from occlusion_bake.core.maps.bent_normals import BentNormalMap, Space
 from occlusion_bake.core.progress import Progress
 from occlusion_bake.core.rays.map_spec import AO, reflection
-from occlusion_bake.core.scene.image_texture import Picture
+from occlusion_bake.core.scene.image_texture import ImageTexture
+from occlusion_bake.core.scene.normal_map import PLAIN, NormalMap, NormalMapLayer
 from occlusion_bake.core.scene.scene import Mesh, Scene
+from occlusion_bake.core.settings import ImageSettings
 from occlusion_bake.core.texels import shading_normals
-from occlusion_bake.core.texels.shading_normals import PLAIN, NormalMap, Relief
 from occlusion_bake.core.texels.vertex_bake import corner_values, with_corner_cells
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 LEANING = np.array([0.6, 0.0, 0.8])  # along tangent, bitangent and normal
 
 
-def relief(mesh: Mesh, vectors: Any, strength: float = 1.0, *, linear: bool = True) -> Relief:
+def layer(mesh: Mesh, vectors: Any, strength: float = 1.0, *, linear: bool = True) -> NormalMapLayer:
     """A map of (h, w, 3) vectors, or one."""
     colours = 0.5 * np.float32(vectors) + np.float32(0.5)
     assert mesh.tangents is not None
-    return Relief(Picture(colours.reshape((1, 1, 3) if colours.ndim == 1 else colours.shape), linear), mesh.tangents,
-                  strength)  # fmt: skip
+    texture = ImageTexture(colours.reshape((1, 1, 3) if colours.ndim == 1 else colours.shape), linear)
+    return NormalMapLayer(texture, mesh.tangents, strength)
 
 
-def mapped(scene: Scene, reliefs: Sequence[Relief], which: Sequence[int] = (0, 0), uv: Any = None) -> Scene:
+def mapped(scene: Scene, layers: Sequence[NormalMapLayer], which: Sequence[int] = (0, 0), uv: Any = None) -> Scene:
     (target,) = scene.targets
     places = target.mesh.uv if uv is None else uv
-    made = replace(target, normal_map=NormalMap(reliefs, np.int32(which), np.ascontiguousarray(places)))
+    made = replace(target, normal_map=NormalMap(layers, np.int32(which), np.ascontiguousarray(places)))
     return replace(scene, targets=[made], occluders=[made, *scene.occluders[1:]])
 
 
@@ -44,14 +46,14 @@ def floor(shapes: Any, matrix: Any = None, tangent: Any = (1, 0, 0), sign: float
 
 
 def baked(scene: Scene, **settings: Any) -> Any:
-    (made,) = bake(scene, Settings(**{"width": 16, "height": 16, "rays": 1024, "normal_maps": True, **settings}))
+    (made,) = bake(scene, flat_settings(**{"width": 16, "height": 16, "rays": 1024, "normal_maps": True, **settings}))
     return made
 
 
 def test_a_leaning_normal_sees_the_floor(shapes: Any) -> None:
     """The mean over the cosine lobe of what is above a plane: (1 + cos) / 2. Without the setting nothing changes."""
     scene, mesh = floor(shapes)
-    leaning = mapped(scene, [relief(mesh, LEANING)])
+    leaning = mapped(scene, [layer(mesh, LEANING)])
     made = baked(leaning).maps["ao"]
     np.testing.assert_allclose(made.values[made.covered], 0.9, atol=0.01)
     assert made.mean == pytest.approx(0.9, abs=1e-3)
@@ -69,7 +71,7 @@ def test_a_lobe_goes_about_it(exponent: float, shapes: Any) -> None:
     leaning = LEANING[[2, 1, 0]]  # more
     cosine = np.maximum(leaning[0] * radius * np.cos(turn) + leaning[2] * z, 0.0) ** exponent
     exact = float(cosine[np.broadcast_to(z > 0, cosine.shape)].sum() / cosine.sum())
-    made = baked(mapped(scene, [relief(mesh, leaning)]), estimators=(reflection(exponent),))
+    made = baked(mapped(scene, [layer(mesh, leaning)]), maps=(reflection(exponent),))
     (ro,) = made.maps.values()
     assert ro.mean == pytest.approx(exact, abs=2e-3) and exact < 0.99
 
@@ -85,7 +87,7 @@ def test_it_leans_where_the_tangent_says(tangent: Any, sign: float, mirrored: bo
     matrix = shapes.matrix((1, 2, 3), scale, True)
     scene, mesh = floor(shapes, matrix, tangent, sign)
     along = np.array([0.48, 0.36, 0.8])
-    made = baked(mapped(scene, [relief(mesh, along)]), bent=Bent(Space.OBJECT)).maps["bent"]
+    made = baked(mapped(scene, [layer(mesh, along)]), bent=BentNormalMap(Space.OBJECT)).maps["bent"]
     bent = (2.0 * made.values[made.covered] - 1.0).mean(axis=0)
     bitangent = sign * np.cross((0, 0, 1), tangent)
     normal = along[0] * np.array(tangent) + along[1] * bitangent + along[2] * np.array([0, 0, 1])
@@ -100,7 +102,7 @@ def test_each_texel_takes_its_own_part_of_the_picture(shapes: Any) -> None:
     for size in (2, 16, 64):
         vectors = np.zeros((size, size, 3))
         vectors[:, : size // 2], vectors[:, size // 2 :] = (0, 0, 1), LEANING
-        made = baked(mapped(scene, [relief(mesh, vectors, linear=size > 2)])).maps["ao"].values
+        made = baked(mapped(scene, [layer(mesh, vectors, linear=size > 2)])).maps["ao"].values
         np.testing.assert_allclose(made[:, 2:7], 1.0, atol=1e-3)
         np.testing.assert_allclose(made[:, 9:14], 0.9, atol=0.02)
 
@@ -110,7 +112,7 @@ def test_what_varies_within_a_texel_is_averaged(shapes: Any) -> None:
     scene, mesh = floor(shapes)
     vectors = np.zeros((64, 64, 3))
     vectors[:, 0::2], vectors[:, 1::2] = LEANING, LEANING * (-1, 1, 1)
-    made = baked(mapped(scene, [relief(mesh, vectors, linear=False)])).maps["ao"]
+    made = baked(mapped(scene, [layer(mesh, vectors, linear=False)])).maps["ao"]
     np.testing.assert_allclose(made.values[2:-2, 2:-2], 1.0, atol=5e-3)
 
 
@@ -121,14 +123,14 @@ def test_strength(shapes: Any) -> None:
         vector = LEANING * (strength, strength, 1.0)
         vector[2] = 1.0 + (LEANING[2] - 1.0) * min(strength, 1.0)
         cosine = vector[2] / np.linalg.norm(vector)
-        made = baked(mapped(scene, [relief(mesh, LEANING, strength)])).maps["ao"]
+        made = baked(mapped(scene, [layer(mesh, LEANING, strength)])).maps["ao"]
         assert made.mean == pytest.approx(0.5 + 0.5 * cosine, abs=1e-3)
 
 
 def test_triangles_without_a_map_and_colours_of_no_length_keep_their_normals(shapes: Any) -> None:
     scene, mesh = floor(shapes)
-    plain = mapped(scene, [relief(mesh, LEANING)], (PLAIN, PLAIN))
-    none = mapped(scene, [relief(mesh, (0, 0, 0))])
+    plain = mapped(scene, [layer(mesh, LEANING)], (PLAIN, PLAIN))
+    none = mapped(scene, [layer(mesh, (0, 0, 0))])
     for each in (plain, none):
         assert baked(each).maps["ao"].mean == 1.0
 
@@ -138,7 +140,7 @@ def test_places_that_are_no_numbers_keep_their_normals(shapes: Any) -> None:
     assert mesh.uv is not None
     uv = mesh.uv.copy()
     uv[0, 1] = np.nan
-    made = baked(mapped(scene, [relief(mesh, LEANING)], uv=uv)).maps["ao"]
+    made = baked(mapped(scene, [layer(mesh, LEANING)], uv=uv)).maps["ao"]
     assert made.values[-2, -4] == 1.0  # of the first triangle
     assert made.values[2, 4] == pytest.approx(0.9, abs=0.02)
 
@@ -148,9 +150,9 @@ def test_it_can_be_cancelled(shapes: Any, monkeypatch: pytest.MonkeyPatch) -> No
     progress = Progress()
     monkeypatch.setattr(shading_normals, "_normals", lambda *_: progress.cancel())
     monkeypatch.setattr(shading_normals, "_BAND", 8)
-    settings = Settings(width=16, height=16, rays=4, normal_maps=True, threads=1)
+    settings = flat_settings(width=16, height=16, rays=4, normal_maps=True, threads=1)
     with pytest.raises(Cancelled):
-        list(bake(mapped(scene, [relief(mesh, LEANING)]), settings, progress))
+        list(bake(mapped(scene, [layer(mesh, LEANING)]), settings, progress))
 
 
 @pytest.mark.parametrize("filtered", [True, False])
@@ -160,7 +162,7 @@ def test_the_filter_knows_what_normals_explain(filtered: bool, shapes: Any) -> N
     v, u = (np.indices((64, 64)) + 0.5) / 64
     vectors = np.stack([0.6 * np.sin(12 * np.pi * u), 0.6 * np.sin(16 * np.pi * v), np.ones_like(u)], axis=2)
     vectors /= np.linalg.norm(vectors, axis=2, keepdims=True)
-    made = baked(mapped(scene, [relief(mesh, vectors, linear=False)]), width=64, height=64, rays=16, filtered=filtered)
+    made = baked(mapped(scene, [layer(mesh, vectors, linear=False)]), width=64, height=64, rays=16, filtered=filtered)
     ao = made.maps["ao"]
     off = ao.values - (0.5 + 0.5 * vectors[..., 2])
     assert vectors[..., 2].std() > 0.05
@@ -179,14 +181,14 @@ def test_it_lies_where_its_own_uvs_say_in_tiles_and_at_corners(shapes: Any) -> N
     in_tile = replace(mesh, uv=(mesh.uv + np.float32([1.0, 0.0])).astype(np.float32))
     instance = replace(scene.targets[0], mesh=in_tile)
     moved = replace(scene, targets=[instance], occluders=[instance, *scene.occluders[1:]])
-    settings = Settings(width=16, height=16, rays=1024, normal_maps=True)
-    laid = mapped(moved, [relief(in_tile, vectors)], uv=mesh.uv)
+    settings = flat_settings(width=16, height=16, rays=1024, normal_maps=True)
+    laid = mapped(moved, [layer(in_tile, vectors)], uv=mesh.uv)
     ao = Baker(laid, settings).bake(laid.targets[0], 1002).maps["ao"].values
     np.testing.assert_allclose(ao[:, 2:7], 1.0, atol=1e-3)
     np.testing.assert_allclose(ao[:, 9:14], 0.9, atol=0.02)
-    laid = mapped(scene, [relief(mesh, vectors)])
+    laid = mapped(scene, [layer(mesh, vectors)])
     cells, width, height = with_corner_cells(laid, laid.targets[0])
-    (baked_cells,) = bake(cells, replace(settings, width=width, height=height, margin=0))
+    (baked_cells,) = bake(cells, replace(settings, image=ImageSettings(width, height, margin=0)))
     corners = corner_values(baked_cells.maps["ao"].values, mesh)
     leaning = mesh.vertices[mesh.triangles][..., 0] > 0.0
     assert corners[leaning].max() < 0.95 < 0.98 < corners[~leaning].min()
@@ -195,9 +197,9 @@ def test_it_lies_where_its_own_uvs_say_in_tiles_and_at_corners(shapes: Any) -> N
 def test_arrays_that_do_not_fit_are_refused(shapes: Any) -> None:
     scene, mesh = floor(shapes)
     with pytest.raises(InputError, match="normal map: UVs"):
-        NormalMap([relief(mesh, LEANING)], np.zeros(2, np.int32), np.zeros((3, 3, 2), np.float32))
+        NormalMap([layer(mesh, LEANING)], np.zeros(2, np.int32), np.zeros((3, 3, 2), np.float32))
     with pytest.raises(InputError, match="there are 1"):
-        NormalMap([relief(mesh, LEANING)], np.ones(2, np.int32), np.zeros((2, 3, 2), np.float32))
+        NormalMap([layer(mesh, LEANING)], np.ones(2, np.int32), np.zeros((2, 3, 2), np.float32))
     with pytest.raises(InputError, match="floor: a normal map of 3 triangles"):
-        baked(mapped(scene, [relief(mesh, LEANING)], (0, 0, 0), np.zeros((3, 3, 2), np.float32)))
+        baked(mapped(scene, [layer(mesh, LEANING)], (0, 0, 0), np.zeros((3, 3, 2), np.float32)))
     assert AO.name in baked(scene).maps  # a mesh without a map is baked as it is

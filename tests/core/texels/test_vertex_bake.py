@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.bake import Settings, bake
+from occlusion_bake.core.bake import bake
 from occlusion_bake.core.scene.scene import Mesh, Scene
-from occlusion_bake.core.texels import rasterize
+from occlusion_bake.core.texels.rasterize import rasterize
 from occlusion_bake.core.texels.vertex_bake import corner_image, corner_values, with_corner_cells
+from occlusion_bake.tests.oracles.settings import flat_settings
 
 
 def baked_corners(scene: Scene, rays: int = 256) -> np.ndarray:
     apart, width, height = with_corner_cells(scene, scene.targets[0])
-    (made,) = bake(apart, Settings(width=width, height=height, rays=rays, margin=0))
+    (made,) = bake(apart, flat_settings(width=width, height=height, rays=rays, margin=0))
     values: np.ndarray = corner_values(made.maps["ao"].values, apart.targets[0].mesh)
     return values
 

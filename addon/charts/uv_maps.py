@@ -1,0 +1,88 @@
+"""The artist's own mesh, before modifiers: its triangles for charts, and UV maps written into it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+from ...core.base.arrays import Floats, Ints
+from ...core.base.errors import InputError
+from ..materials.mesh_layers import values_of
+from ..read.blender_state import object_mode
+from ..read.mesh_arrays import corners_of, polygons_of, positions_of, vertices_of
+from ..typed import library_of, mesh_of
+
+_MOST_LAYERS = 8  # UV maps of a mesh
+
+
+@dataclass(frozen=True, eq=False)
+class BaseTriangles:
+    """A mesh as the artist made it, before modifiers.
+
+    vertices: (V, 3) float32. triangles: (T, 3) int32 vertices, loops: (T, 3) int32 corners, polygons: (T,) int32.
+    """
+
+    vertices: Floats
+    triangles: Ints
+    loops: Ints
+    polygons: Ints
+
+
+def base_triangles(context: bpy.types.Context, obj: bpy.types.Object) -> BaseTriangles:
+    """Triangles of the object's original mesh data, edits in progress among them."""
+    mesh = mesh_of(obj)
+    with object_mode(context):
+        loops = corners_of(mesh)
+        return BaseTriangles(positions_of(mesh), vertices_of(mesh, loops), loops, polygons_of(mesh))
+
+
+def check_room(obj: bpy.types.Object, layer_name: str) -> None:
+    """Refuse a mesh that has no room for another UV map. Raises InputError."""
+    layers = mesh_of(obj).uv_layers
+    if layer_name not in layers and len(layers) >= _MOST_LAYERS:
+        raise InputError(f"{obj.name}: Blender has no room for another UV map on its mesh; remove one")
+
+
+def write_uv(
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    layer_name: str,
+    uv: Floats,
+    loops: Ints,
+    *,
+    activate: bool = False,
+) -> str:
+    """Write a UV map named `layer_name` into the object's mesh, as a new map or over an earlier one of that name.
+
+    uv: (T, 3, 2) float32, v up; loops: (T, 3) int32 as in `base_triangles`. The other maps stay as they are, the active
+    one too unless `activate`. Returns the name that Blender gave it. Raises InputError for a mesh linked from a library
+    and for one that has no room for another map.
+    """
+    mesh = mesh_of(obj)
+    if (library := library_of(mesh)) is not None:
+        raise InputError(f"{obj.name}: its mesh is linked from {library.filepath}; make the mesh local first")
+    with object_mode(context):
+        layer = _own_layer(mesh, obj.name, layer_name, activate)
+        values = values_of(layer.uv, "vector", len(mesh.loops), 2)
+        values[loops] = uv
+        layer.uv.foreach_set("vector", values.reshape(-1))
+        mesh.update()
+        return str(layer.name)
+
+
+def _own_layer(mesh: bpy.types.Mesh, owner: str, name: str, activate: bool) -> Any:
+    layers: Any = mesh.uv_layers
+    active, shown = layers.active_index, next((layer.name for layer in layers if layer.active_render), None)
+    layer = layers.get(name) or layers.new(name=name, do_init=False)
+    if layer is None:
+        raise InputError(f"{owner}: Blender has no room for another UV map on its mesh; remove one")
+    name = layer.name
+    if activate:
+        layers.active = layer
+    elif active >= 0:
+        layers.active_index = active
+    if shown is not None:
+        layers[shown].active_render = True
+    return layers[name]

@@ -1,0 +1,68 @@
+// The directions of a bake, made once and shared by all tiles.
+//
+// A tile of 8 x 8 texels shares one scrambled Sobol set; the texel at Morton index m takes its points m * N' to
+// m * N' + N - 1, N' the power of two from N up (after Ahmed & Wonka 2020). Each texel's points are sorted by the cell
+// of the unit square that they lie in, so that ray k of the sixteen texels of a group points to the same cell.
+// Which of several sets a tile takes, and by how much it is turned about the axis, a hash of its place decides.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "occlusion_kernel.h"
+#include "packets.h"
+
+namespace ob {
+
+constexpr int kTile = 8;        // texels along a tile's side
+constexpr int kGroups = 4;      // groups of sixteen texels in a tile
+constexpr int32_t kChunk = 256; // rays a texel in one go, at most: bounds the tables' memory
+constexpr int32_t kMostRays = 1 << 20;
+
+// What one map needs of one chunk of rays. [set][group][ray] and then the lanes.
+struct DirectionTable {
+  std::vector<float> directions;     // x, y, z about the axis, of 16 lanes each
+  std::vector<float> weights;        // of 16 lanes; empty where every weight is 1
+  std::vector<uint16_t> world_space; // a bit a lane: the direction is the scene's; empty where none is
+};
+
+// What all maps share.
+struct Schedule {
+  int32_t sets = 0;
+  int32_t rays = 0;                      // a texel, in this chunk
+  std::vector<uint8_t> footprint_points; // which footprint point the rays of a group start from
+  std::vector<uint16_t> first_half;      // a bit a lane: the ray is one of the first half of its texel's
+  std::vector<uint8_t> cells;            // of 16 lanes: row * side + column of the ray's cell of the unit square
+};
+
+// The plan of a bake's rays: how many in all, in which chunks.
+struct Plan {
+  int32_t rays;   // a texel
+  int32_t stride; // N': points reserved for a texel
+  int32_t sets;
+  int32_t side; // a chunk's footprint points: side x side of them, at most 6 x 6
+  uint32_t seed;
+};
+
+// A run of the texels' rays that is traced in one go: all of them, or a part of one half. The two halves, whose
+// difference tells of the error, are summed apart even so; sorted together their packets are more coherent.
+struct Chunk {
+  int32_t first, count;
+};
+
+std::vector<Chunk> chunks_of(const Plan &plan);
+
+Plan plan_rays(int32_t rays, uint64_t seed);
+
+// Fills the schedule and one table a map for the chunk's rays of every texel; in part where `control` is cancelled.
+//
+// light: that of maps of OB_ACCUMULATOR_LIGHT. cells: how many of them along the square's side; 0: they are not asked
+// for.
+void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, const ob_light *light,
+                 int32_t cells, int threads, Schedule &schedule, std::vector<DirectionTable> &tables,
+                 ob_control *control);
+
+// What is left of a lobe within its narrowest cosine: 1 - cosine^(e+1).
+double share_of_lobe(const ob_map &map);
+
+} // namespace ob

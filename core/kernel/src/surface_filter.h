@@ -1,0 +1,15 @@
+// The points of a baked surface in clusters, and which clusters are near which: what the filter works on.
+#pragma once
+
+#include <vector>
+
+#include "occlusion_kernel.h"
+#include "packets.h"
+
+struct ob_filter {
+  ob_slab slab; // clusters in it are filtered, the others looked at
+  std::vector<ob::Cluster> clusters;
+  std::vector<int64_t> first; // one more than there are clusters
+  std::vector<int32_t> near;
+  std::vector<ob::Lanes3> texel_normals; // the texels' own normals, of each cluster, where they have any
+};

@@ -1,0 +1,295 @@
+#include "texel_groups.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "direction_tables.h"
+#include "sobol.h"
+
+namespace ob {
+namespace {
+
+// How far off the surface rays start, in units of the triangle's largest coordinate. A point made of float32 corners
+// is off its plane by less than 2^-22 of that (accuracy of v0 + b1 e1 + b2 e2), Embree's test by about as much again;
+// 2^-20 leaves a factor of two on the sum.
+constexpr float kLift = 0x1p-20F;
+
+// Points keep so many lifts off the edges of their triangle. There another face may stand, and a point that is rounded,
+// or lifted, to its far side would see what lies behind it. Eight serve a wedge down to 7 degrees.
+constexpr double kEdgeMargin = 8.0;
+constexpr double kWidestEdgeMargin = 0.25; // of the triangle's height; a needle leaves no more room
+
+struct Vector {
+  double x, y, z;
+};
+
+Vector vertex(const ob_surface &surface, int32_t index) {
+  const float *v = surface.vertices + 3 * static_cast<int64_t>(index);
+  return {v[0], v[1], v[2]};
+}
+
+Vector minus(Vector a, Vector b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+
+Vector cross(Vector a, Vector b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+
+double length(Vector v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
+Vector unit_cross(Vector a, Vector b) {
+  const Vector c = cross(a, b);
+  const double size = length(c);
+  return size > 0.0 ? Vector{c.x / size, c.y / size, c.z / size} : Vector{0.0, 0.0, 1.0};
+}
+
+void store(Lanes3 &lanes, int lane, Vector v) {
+  lanes.x[lane] = static_cast<float>(v.x);
+  lanes.y[lane] = static_cast<float>(v.y);
+  lanes.z[lane] = static_cast<float>(v.z);
+}
+
+double largest(Vector v) { return std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)}); }
+
+// A corner's weight at a point is the point's distance from the opposite edge over the triangle's height there.
+void fill_edge_margins(Vector a, Vector b, Vector c, int lane, TexelGroup &out) {
+  const double doubled = length(cross(minus(b, a), minus(c, a)));
+  const double opposite[3] = {length(minus(c, b)), length(minus(a, c)), length(minus(b, a))};
+  for (int corner = 0; corner < 3; ++corner) {
+    const double edge_margin = kEdgeMargin * static_cast<double>(out.lift[lane]) * opposite[corner];
+    out.edge_margin[corner][lane] =
+        static_cast<float>(edge_margin < kWidestEdgeMargin * doubled ? edge_margin / doubled : kWidestEdgeMargin);
+  }
+}
+
+Vector face_normal(const ob_surface &surface, int64_t triangle, Vector a, Vector b, Vector c) {
+  if (surface.face_normals != nullptr) {
+    const float *n = surface.face_normals + 3 * triangle;
+    if (n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.5F) {
+      return {n[0], n[1], n[2]};
+    }
+  }
+  return unit_cross(minus(b, a), minus(c, a));
+}
+
+void fill_triangle(const ob_surface &surface, int64_t triangle, int lane, TexelGroup &out) {
+  const int32_t *index = surface.triangles + 3 * triangle;
+  const Vector a = vertex(surface, index[0]);
+  const Vector b = vertex(surface, index[1]);
+  const Vector c = vertex(surface, index[2]);
+  const Vector geometric = face_normal(surface, triangle, a, b, c);
+  store(out.corner, lane, a);
+  store(out.edge1, lane, minus(b, a));
+  store(out.edge2, lane, minus(c, a));
+  store(out.geometric, lane, geometric);
+  out.lift[lane] = kLift * static_cast<float>(std::max({largest(a), largest(b), largest(c)}));
+  fill_edge_margins(a, b, c, lane, out);
+  for (int corner = 0; corner < 3; ++corner) {
+    const float *n =
+        surface.normals == nullptr ? nullptr : surface.normals + 9 * triangle + 3 * static_cast<int64_t>(corner);
+    store(out.shading[corner], lane, n == nullptr ? geometric : Vector{n[0], n[1], n[2]});
+  }
+}
+
+// The texel's own normal, where texels have them, at all corners.
+void set_texel_normals(const ob_surface &surface, int64_t texel, int lane, TexelGroup &out) {
+  if (surface.texel_normals != nullptr) {
+    const float *n = surface.texel_normals + 3 * texel;
+    for (Lanes3 &shading : out.shading) {
+      store(shading, lane, {n[0], n[1], n[2]});
+    }
+  }
+}
+
+// Barycentric weights as affine functions of the place within the texel.
+void fill_weights(const TexelTriangle &triangle, Texel texel, int lane, TexelGroup &out) {
+  const Point2 *c = triangle.corner;
+  const double inverse = 1.0 / triangle.doubled_area();
+  const Point2 to_texel{texel.x - c[0].x, texel.y - c[0].y};
+  const Point2 along1{(c[2].y - c[0].y) * inverse, -(c[2].x - c[0].x) * inverse};
+  const Point2 along2{-(c[1].y - c[0].y) * inverse, (c[1].x - c[0].x) * inverse};
+  out.weight1[0][lane] = static_cast<float>(to_texel.x * along1.x + to_texel.y * along1.y);
+  out.weight1[1][lane] = static_cast<float>(along1.x);
+  out.weight1[2][lane] = static_cast<float>(along1.y);
+  out.weight2[0][lane] = static_cast<float>(to_texel.x * along2.x + to_texel.y * along2.y);
+  out.weight2[1][lane] = static_cast<float>(along2.x);
+  out.weight2[2][lane] = static_cast<float>(along2.y);
+}
+
+// Whether all four corners of the texel lie in the triangle, with a margin over rounding.
+bool holds_texel(const TexelGroup &group, int lane) {
+  const auto lowest = [](float at_corner, float along_x, float along_y) {
+    return at_corner + std::min(along_x, 0.0F) + std::min(along_y, 0.0F);
+  };
+  constexpr float kMargin = 1e-6F;
+  const float x0 = -group.weight1[1][lane] - group.weight2[1][lane];
+  const float y0 = -group.weight1[2][lane] - group.weight2[2][lane];
+  return lowest(group.weight1[0][lane], group.weight1[1][lane], group.weight1[2][lane]) > kMargin &&
+         lowest(group.weight2[0][lane], group.weight2[1][lane], group.weight2[2][lane]) > kMargin &&
+         lowest(1.0F - group.weight1[0][lane] - group.weight2[0][lane], x0, y0) > kMargin;
+}
+
+// Where the triangle covers the texel in part, the points spread over that part.
+void fit_points(const TexelTriangle &triangle, Texel texel, int points, int lane, TexelGroup &out) {
+  if (holds_texel(out, lane)) {
+    return;
+  }
+  const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
+  if (part.count < 3 || area(part) >= 1.0) {
+    return;
+  }
+  const Fan fan(part);
+  for (int point = 0; point < points; ++point) {
+    const Point2 warped =
+        fan.warp(static_cast<double>(out.point_x[point][lane]), static_cast<double>(out.point_y[point][lane]));
+    out.point_x[point][lane] = static_cast<float>(warped.x - texel.x);
+    out.point_y[point][lane] = static_cast<float>(warped.y - texel.y);
+  }
+}
+
+} // namespace
+
+Texel texel_of(int32_t tile_x, int32_t tile_y, int group, int lane) {
+  const auto compact = [](int m) { return (m & 1) | ((m >> 1) & 2) | ((m >> 2) & 4); };
+  const int morton = group * kLanes + lane;
+  return {tile_x * kTile + compact(morton), tile_y * kTile + compact(morton >> 1)};
+}
+
+namespace {
+
+void copy_lane(Lanes3 &lanes, int from, int to) {
+  lanes.x[to] = lanes.x[from];
+  lanes.y[to] = lanes.y[from];
+  lanes.z[to] = lanes.z[from];
+}
+
+// What lanes of one triangle have in common.
+void copy_triangle(TexelGroup &group, int from, int to) {
+  for (Lanes3 *each : {&group.corner, &group.edge1, &group.edge2, &group.geometric, &group.shading[0],
+                       &group.shading[1], &group.shading[2]}) {
+    copy_lane(*each, from, to);
+  }
+  group.lift[to] = group.lift[from];
+  for (Lanes &each : group.edge_margin) {
+    each[to] = each[from];
+  }
+}
+
+} // namespace
+
+TexelSelection::Entry TexelSelection::at(int32_t tile, int group, int lane) const {
+  if (list != nullptr) {
+    const int64_t slot = (static_cast<int64_t>(tile) * kGroups + group) * kLanes + lane;
+    return slot < count ? Entry{list[slot], slot} : Entry{-1, -1};
+  }
+  const Texel texel = texel_of(tile % tiles_wide, tile / tiles_wide, group, lane);
+  if (texel.x >= surface.width || texel.y >= surface.height) {
+    return {-1, -1};
+  }
+  const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
+  return surface.owner[index] >= 0 ? Entry{index, index} : Entry{-1, -1};
+}
+
+int gather_group(const TexelSelection &selection, int32_t tile, int group, const FootprintPattern &pattern,
+                 const PacketCode &code, TexelGroup &out) {
+  const ob_surface &surface = selection.surface;
+  TexelSelection::Entry entry[kLanes];
+  int active = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    entry[lane] = selection.at(tile, group, lane);
+    active += entry[lane].texel >= 0 ? 1 : 0;
+  }
+  if (active == 0) {
+    return 0;
+  }
+  out = TexelGroup{};
+  const auto texel_at = [&](int lane) {
+    const int64_t texel = entry[lane].texel;
+    return Texel{static_cast<int32_t>(texel % surface.width), static_cast<int32_t>(texel / surface.width)};
+  };
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (entry[lane].texel >= 0) {
+      const Texel texel = texel_at(lane);
+      const uint32_t turn = selection.list == nullptr ? 0U : static_cast<uint32_t>(entry[lane].slot) * 0x9e3779b9U;
+      out.active[lane] = -1;
+      out.seed[lane] = mix(mix(pattern.seed ^ turn, static_cast<uint32_t>(texel.x)), static_cast<uint32_t>(texel.y));
+    }
+  }
+  const Point4 point = sobol(pattern.index);
+  code.spread_points(out, pattern.side, point.x[0], point.x[1]);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (entry[lane].texel >= 0) {
+      const Texel texel = texel_at(lane);
+      const int64_t owner = surface.owner[entry[lane].texel];
+      const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
+      if (lane > 0 && entry[lane - 1].texel >= 0 && surface.owner[entry[lane - 1].texel] == owner) {
+        copy_triangle(out, lane - 1, lane);
+      } else {
+        fill_triangle(surface, owner, lane, out);
+      }
+      set_texel_normals(surface, entry[lane].texel, lane, out);
+      fill_weights(triangle, texel, lane, out);
+      fit_points(triangle, texel, pattern.side * pattern.side, lane, out);
+    }
+  }
+  return active;
+}
+
+namespace {
+
+void fill_centroid(const ob_surface &surface, Texel texel, int lane, TexelGroup &out) {
+  const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
+  const int64_t owner = surface.owner[index];
+  const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
+  fill_triangle(surface, owner, lane, out);
+  set_texel_normals(surface, index, lane, out);
+  fill_weights(triangle, texel, lane, out);
+  out.point_x[0][lane] = out.point_y[0][lane] = 0.5F;
+  if (holds_texel(out, lane)) {
+    return;
+  }
+  const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
+  const Point2 centre = part.count < 3 ? Point2{texel.x + 0.5, texel.y + 0.5} : centroid(part);
+  out.point_x[0][lane] = static_cast<float>(centre.x - texel.x);
+  out.point_y[0][lane] = static_cast<float>(centre.y - texel.y);
+}
+
+} // namespace
+
+int gather_centroids(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, TexelGroup &out) {
+  int active = 0;
+  out.active = LaneMask{};
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Texel texel = texel_of(tile_x, tile_y, group, lane);
+    const bool inside = texel.x < surface.width && texel.y < surface.height;
+    if (inside && surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x] >= 0) {
+      out.active[lane] = -1;
+      fill_centroid(surface, texel, lane, out);
+      ++active;
+    }
+  }
+  return active;
+}
+
+void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out) { fill_centroid(surface, texel, 0, out); }
+
+const char *surface_validation_error(const ob_surface *surface) {
+  if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||
+      surface->owner == nullptr || surface->width < 1 || surface->height < 1) {
+    return "a surface without vertices, triangles, UVs, owners or size";
+  }
+  if (surface->triangle_count < 0 || surface->triangle_count > INT32_MAX || surface->width > 65536 ||
+      surface->height > 65536) {
+    return "a surface of less than no triangles, of more than 2^31, or of more than 65536 texels in a row or column";
+  }
+  for (int64_t i = 0; i < 3 * surface->triangle_count; ++i) {
+    if (surface->triangles[i] < 0 || surface->triangles[i] >= surface->vertex_count) {
+      return "a triangle of the surface names a vertex that does not exist";
+    }
+  }
+  for (int64_t i = 0; i < static_cast<int64_t>(surface->width) * surface->height; ++i) {
+    if (surface->owner[i] < -1 || surface->owner[i] >= surface->triangle_count) {
+      return "a texel's owner is a triangle that does not exist";
+    }
+  }
+  return nullptr;
+}
+
+} // namespace ob

@@ -1,0 +1,52 @@
+// From the texels of a surface to groups of sixteen, ready for the rays.
+#pragma once
+
+#include "footprint.h"
+#include "occlusion_kernel.h"
+#include "packets.h"
+
+namespace ob {
+
+struct Texel {
+  int32_t x, y;
+};
+
+// Where the group's lanes lie: the group is a quarter of the tile, the lanes in Morton order.
+Texel texel_of(int32_t tile_x, int32_t tile_y, int group, int lane);
+
+// The texels that a bake takes: all that are owned, tile by tile, or those of a list, 64 to a tile, in its order.
+struct TexelSelection {
+  const ob_surface &surface;
+  const int64_t *list; // NULL: all
+  int64_t count;
+  int32_t tiles_wide;
+
+  // Index of a lane's texel (y * width + x), and where its sums go; -1: none there.
+  struct Entry {
+    int64_t texel, slot;
+  };
+  Entry at(int32_t tile, int group, int lane) const;
+};
+
+// Which footprint points: side x side of them, by point `index` of each cell's own sequence.
+struct FootprintPattern {
+  int32_t side;
+  uint32_t index;
+  uint32_t seed;
+};
+
+// Fills the group. Returns the number of active lanes; 0: nothing else was written.
+int gather_group(const TexelSelection &selection, int32_t tile, int group, const FootprintPattern &pattern,
+                 const PacketCode &code, TexelGroup &out);
+
+// The centroids of a group's footprints, each as the one footprint point of its lane. Returns the number of active
+// lanes.
+int gather_centroids(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, TexelGroup &out);
+
+// The centroid of one texel's footprint as the one footprint point of a group's first lane.
+void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out);
+
+// What is wrong with a surface that a caller gave; NULL: nothing.
+const char *surface_validation_error(const ob_surface *surface);
+
+} // namespace ob

@@ -1,0 +1,191 @@
+"""From the texels of one object to solved maps: their rays, the horizon, the filter, and how far all that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import count
+
+import numpy as np
+
+from .base.arrays import Doubles, Floats, Ints, Longs
+from .base.timing import Stopwatch
+from .progress import Stages
+from .rays.accumulators import Accumulator
+from .rays.kernel_api import Control
+from .rays.map_spec import MapSpec, count_images
+from .rays.texel_surface import TexelSurface
+from .rays.trace_scene import TraceScene
+from .rays.tracer import CHUNK_RAYS, Sums, TraceOptions, trace, trace_texels
+from .solve import horizon
+from .solve.solver import Goal, Solved, first_rays, solve
+from .solve.surface_filter import SurfaceFilter
+from .spherical.lobe import open_horizon
+
+# Seeds of rounds, of probes and of codes, so many apart.
+_NEXT_SEED, _PROBES, _CODES = 0x9E3779B97F4A7C15, 1 << 20, 1 << 21
+
+
+@dataclass(eq=False)
+class MapTracer:
+    """What it takes to solve the maps of one object. options: how rays are traced but for their number; the seed is the
+    bake's."""
+
+    scene: TraceScene
+    surface: TexelSurface
+    options: TraceOptions
+    goal: Goal
+    stages: Stages
+    clock: Stopwatch
+
+    def solve(self, specs: Sequence[MapSpec]) -> list[Solved]:
+        """All maps. Their first round is traced together."""
+        if not specs:
+            return []
+        rays = first_rays(self.goal)
+        with self.clock.stage("trace"):
+            into = np.zeros((count_images(specs), *self.surface.owner.shape), dtype=np.float32)
+            if specs[0].accumulator is not Accumulator.LIGHT:  # whose sums are no share of the rays
+                self._preview(into[0], rays)
+            sums = self.trace(self.surface, specs, self.options_of(rays, 0), halves=not self.goal.plain, into=into)
+            self.stages.preview(None)  # it holds the sums
+            del into
+        openings = _openings(sums, specs, rays)
+        del sums  # as large as the image: `solve` lets go of them once it has read them
+        with self.clock.stage("solve"):
+            return [
+                solve(openings.pop(0), self.surface.owner, self.goal, self.seed, _RaysOfMap(self, spec))
+                for spec in specs
+            ]
+
+    @property
+    def seed(self) -> int:
+        """The bake's."""
+        return self.options.seed
+
+    def options_of(self, rays: int, number: int) -> TraceOptions:
+        """Each round's rays, and each draw of the probes', by a seed of its own; the first round's by the bake's."""
+        return replace(self.options, count=rays, seed=self.seed + number * _NEXT_SEED)
+
+    @property
+    def options_of_codes(self) -> TraceOptions:
+        """Those of directional codes, but for their number of rays."""
+        return self.options_of(1, _CODES)
+
+    def options_of_probes(self, rays: int, number: int) -> TraceOptions:
+        """Those of a draw of probes."""
+        return self.options_of(rays, _PROBES + number)
+
+    def trace(
+        self,
+        surface: TexelSurface,
+        specs: Sequence[MapSpec],
+        options: TraceOptions,
+        *,
+        halves: bool,
+        into: Floats | None = None,
+    ) -> Sums:
+        """A round of rays, the horizon divided out where that is asked for."""
+        control = self.stages.enter("tracing", rays=True)
+        sums = trace(self.scene, surface, specs, options, halves=halves, into=into, control=control)
+        index = 0
+        for spec in specs:
+            if spec.divided:
+                openness = self.openness(spec)
+                for images in (sums.all, sums.first_half):
+                    if images is not None:
+                        horizon.divide(images[index], openness)
+            index += spec.accumulator.images
+        return sums
+
+    def openness(self, spec: MapSpec, texels: Longs | None = None) -> Doubles:
+        """What an open surface would get: of all texels, (H, W), or of those listed."""
+        cosines = self._cosines if texels is None else self._cosines.reshape(-1)[texels]
+        return open_horizon(spec.exponent, cosines)
+
+    def enter_own(self, before: float, after: float) -> Control:
+        """The stage of a map with rays of its own, from one share of it to another."""
+        return self.stages.enter_own(before, after)
+
+    @cached_property
+    def filter(self) -> SurfaceFilter:
+        """Built when first asked for."""
+        return SurfaceFilter(self.surface, control=self.stages.enter("finding neighbours"))
+
+    @cached_property
+    def _cosines(self) -> Doubles:
+        assert self.options.camera is not None
+        return horizon.cosines_to_reflected(self.surface, self.options.camera)
+
+    def _preview(self, sums: Floats, rays: int) -> None:
+        """The first map as it fills in, until its texels have had their first chunk of rays."""
+        first, control = min(rays, CHUNK_RAYS), self.stages.control
+
+        def values() -> Floats | None:
+            full = control.total > 0 and control.done * rays > control.total * first
+            if full:
+                return None
+            seen: Floats = np.minimum(sums / np.float32(first), np.float32(1.0))
+            seen[seen <= 0.0] = -1.0  # what is wholly closed is taken for not traced yet
+            return seen
+
+        self.stages.preview(values)
+
+
+class _RaysOfMap:
+    """Rounds and probes of one map: the solver's `RaySource`."""
+
+    def __init__(self, tracer: MapTracer, spec: MapSpec) -> None:
+        self._tracer, self._spec = tracer, spec
+        self._rounds, self._draws = count(1), count()
+
+    @property
+    def spec(self) -> MapSpec:
+        """The map's."""
+        return self._spec
+
+    @property
+    def filter(self) -> SurfaceFilter:
+        """One for all maps of the surface."""
+        return self._tracer.filter
+
+    def trace(self, owner: Ints, rays: int) -> tuple[Floats, Floats]:
+        """As `RaySource.trace`."""
+        tracer, totals = self._tracer, self._spec.accumulator.totals
+        with tracer.clock.stage("trace"):
+            options = tracer.options_of(rays, next(self._rounds))
+            sums = tracer.trace(tracer.surface.part(owner), (self._spec,), options, halves=True)
+        assert sums.first_half is not None
+        return totals(sums.all, rays), totals(sums.first_half, rays // 2)
+
+    def probe(self, texels: Longs, rays: int) -> Floats:
+        """As `RaySource.probe`."""
+        tracer = self._tracer
+        with tracer.clock.stage("probe"):
+            options = tracer.options_of_probes(rays, next(self._draws))
+            control = tracer.stages.control
+            sums = trace_texels(tracer.scene, tracer.surface, texels, (self._spec,), options, control=control)
+        if self._spec.divided:
+            horizon.divide(sums[0], tracer.openness(self._spec, texels))
+        return sums
+
+    def enter(self, stage: str) -> Control:
+        """As `RaySource.enter`."""
+        return self._tracer.stages.enter(stage)
+
+    def show(self, values: Floats) -> None:
+        """As `RaySource.show`."""
+        self._tracer.stages.preview(lambda: values)
+
+
+def _openings(sums: Sums, specs: Sequence[MapSpec], rays: int) -> list[tuple[Floats, Floats | None]]:
+    """What each map is solved from: its rows times the rays, of all of them and of the first half."""
+    openings: list[tuple[Floats, Floats | None]] = []
+    first = 0
+    for each in specs:
+        images = slice(first, first + each.accumulator.images)
+        half = None if sums.first_half is None else each.accumulator.totals(sums.first_half[images], rays // 2)
+        openings.append((each.accumulator.totals(sums.all[images], rays), half))
+        first = images.stop
+    return openings

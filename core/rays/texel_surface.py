@@ -1,0 +1,74 @@
+"""A surface with the texels of one image on it: what rays start from."""
+
+from __future__ import annotations
+
+from ctypes import byref
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..base.arrays import Flags, Floats, Ints
+from ..scene.world_mesh import WorldMesh
+from . import kernel_api as api
+
+
+@dataclass(frozen=True, eq=False)
+class TexelSurface:
+    """mesh: about the origin that rays are traced in. owner: (H, W) int32, the triangle that each texel belongs to, -1
+    none. texel_normals: (H, W, 3) float32 unit normals that texels are shaded by in the place of the mesh's, None where
+    those are. threads: for what is worked out of it, 0 all.
+
+    What is worked out is kept, for it is asked for by several.
+    """
+
+    mesh: WorldMesh
+    owner: Ints
+    texel_normals: Floats | None = None
+    threads: int = 0
+
+    @property
+    def covered(self) -> Flags:
+        """(H, W) bool: texels that some triangle covers in part; conservative, none is left out."""
+        mask: Flags = self.owner >= 0
+        return mask
+
+    @property
+    def positions(self) -> Floats:
+        """(H, W, 3) float32, mid-footprint of each owned texel; 0 elsewhere."""
+        return self._points[0]
+
+    @property
+    def normals(self) -> Floats:
+        """(H, W, 3) float32: unit shading normals there."""
+        return self._points[1]
+
+    @cached_property
+    def _points(self) -> tuple[Floats, Floats]:
+        positions = np.zeros((*self.owner.shape, 3), dtype=np.float32)
+        normals = np.zeros_like(positions)
+        places = (api.address(positions, np.float32), api.address(normals, np.float32))
+        api.check(api.library().ob_surface_points(byref(self.described()), self.threads, *places))
+        return positions, normals
+
+    def part(self, owner: Ints) -> TexelSurface:
+        """The same surface with other owners: some of its texels."""
+        return replace(self, owner=owner)
+
+    def described(self) -> api.Surface:
+        """As the kernel takes it; the caller keeps this surface alive."""
+        mesh = self.mesh
+        return api.Surface(
+            api.address(mesh.vertices, np.float32),
+            api.address(mesh.triangles, np.int32),
+            api.address(mesh.uv, np.float32),
+            api.address(mesh.normals, np.float32),
+            api.address(self.texel_normals, np.float32),
+            api.address(mesh.faces, np.float32),
+            api.address(mesh.spacing, np.float32),
+            api.address(self.owner, np.int32),
+            len(mesh.vertices),
+            len(mesh.triangles),
+            self.owner.shape[1],
+            self.owner.shape[0],
+        )

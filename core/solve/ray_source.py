@@ -1,0 +1,35 @@
+"""Where a map's rays come from, as the solver sees it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from ..base.arrays import Floats, Ints, Longs
+from ..rays.kernel_api import Control
+from ..rays.map_spec import MapSpec
+from .surface_filter import SurfaceFilter
+
+
+class RaySource(Protocol):
+    """What traces one map. All may raise Cancelled and MemoryError."""
+
+    @property
+    def spec(self) -> MapSpec:
+        """The map's."""
+
+    @property
+    def filter(self) -> SurfaceFilter:
+        """Built when first asked for."""
+
+    def trace(self, owner: Ints, rays: int) -> tuple[Floats, Floats]:
+        """Trace so many rays of each texel with an owner, (H, W) int32, others at each call: the map's rows times the
+        rays (accumulators.py), over all and over the first half, (R, H, W) float32; -1 where a texel faces away."""
+
+    def probe(self, texels: Longs, rays: int) -> Floats:
+        """Trace so many rays of listed texels, others at each call: sums, (images, N) float32."""
+
+    def enter(self, stage: str) -> Control | None:
+        """Begin a stage of the work; its control."""
+
+    def show(self, values: Floats) -> None:
+        """Take the map, (H, W) float32, as it is after a round."""

@@ -1,0 +1,1 @@
+"""What tests and benchmarks know to be right, and how they make what they try it on."""
