@@ -31,8 +31,8 @@ test: venv ## the whole suite
 lint: venv ## ruff, mypy, import-linter, clang-tidy; every warning is an error
 	$(VENV)/bin/ruff check .
 	$(VENV)/bin/ruff format --check .
-	MYPYPATH=$(VENV)/dev:tools $(VENV)/bin/mypy $(addprefix -p occlusion_bake.,core addon bench samples tests.oracles)
-	MYPYPATH=$(VENV)/dev:tools $(VENV)/bin/mypy $(wildcard tools/*.py)
+	MYPYPATH=$(VENV)/dev $(VENV)/bin/mypy $(addprefix -p occlusion_bake.,core addon bench samples tests.oracles)
+	MYPYPATH=$(VENV)/dev:tools:core/kernel $(VENV)/bin/mypy --explicit-package-bases $(wildcard tools/*.py)
 	PYTHONPATH=$(VENV)/dev $(VENV)/bin/lint-imports --no-cache
 	$(PY) tools/check_kernel.py tidy
 
@@ -65,8 +65,8 @@ figures: venv ## draw the figures of the documentation from measurements
 	$(PY) -m occlusion_bake.bench.figures
 
 accuracy: venv ## exact answers, a second opinion, Cycles, hard cases, fuzzing: the long forms, for hours
-	$(PY) -m occlusion_bake.bench.truth
-	$(PY) -m occlusion_bake.bench.truth.hard.measure
+	$(PY) -m occlusion_bake.bench.accuracy
+	$(PY) -m occlusion_bake.bench.accuracy.hard
 
 study: venv ## how the estimators converge: plots, pictures, a page
 	$(PY) -m occlusion_bake.bench.study

@@ -1,6 +1,6 @@
 """What the options do, and what they cost: the picture and the table of docs/options.md.
 
-python -m occlusion_bake.bench.options [--rounds N] [--size N]
+python -m occlusion_bake.bench.options [--rounds N] [--size N] [--picture FILE]
 """
 
 from __future__ import annotations
@@ -9,18 +9,14 @@ import argparse
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import bpy
-import matplotlib as mpl
 import numpy as np
-
-mpl.use("Agg")
-from matplotlib import pyplot as plt
+from matplotlib.figure import Figure
 
 from ..addon.cli.hard_exit import run_and_exit
-from ..addon.read.scene_reader import SceneRequest, read_scene
 from ..core.bake import Baked, bake
 from ..core.base.arrays import Doubles
 from ..core.base.vectors import unit
@@ -35,11 +31,14 @@ from ..core.solve.directional import DirectionalSettings
 from ..core.spherical.directional_format import DirectionalFormat
 from ..core.spherical.environment import from_function
 from ..samples.scenes import build
+from ..tests.oracles.blender import read
 from ..tests.oracles.settings import flat_settings
+from .pages import ROOT
+from .sweep import in_turns
+from .tables import table
 
-PICTURE = Path(__file__).parent.parent / "docs" / "pictures" / "options.png"
-_SCENE, _TARGET, _REACH = "suzanne", "Suzanne", 1.0
-_FAR = {"distance": _REACH}
+PICTURE = ROOT / "docs" / "pictures" / "options.png"
+_FAR = {"distance": 1.0}
 OPTIONS: dict[str, dict[str, Any]] = {
     "AO": {},
     "distance 1": _FAR,
@@ -56,24 +55,22 @@ OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str]) -> int:
     """Bake each option, draw the picture, print the table."""
     parser = argparse.ArgumentParser("python -m occlusion_bake.bench.options")
     parser.add_argument("--rounds", type=int, default=3, help="how often each is timed (3)")
     parser.add_argument("--size", type=int, default=512, help="texels a side (512)")
+    parser.add_argument("--picture", type=Path, default=PICTURE, help=f"where the picture goes ({PICTURE})")
     chosen = parser.parse_args(arguments)
-    build(_SCENE)
-    read, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest((_TARGET,), tangents=True))
-    scene = _with_waves(replace(read, environment=from_function(_sunset, 256)))
+    build("suzanne")
+    scene = _with_waves(replace(read(["Suzanne"], tangents=True)[0], environment=from_function(_sunset, 256)))
     scenes = {"ground": replace(scene, occluders=[*scene.occluders, ground_below(scene.targets)])}
-    times: dict[str, list[float]] = {name: [] for name in OPTIONS}
-    bakes: dict[str, Baked] = {}
-    for _ in range(chosen.rounds):  # in turns
-        for name, values in OPTIONS.items():
-            bakes[name] = _bake(scenes.get(name, scene), values, chosen.size)
-            times[name].append(sum(bakes[name].seconds.values()))
-    _draw(bakes)
-    _print(times)
+    cases = {name: partial(_bake, scenes.get(name, scene), chosen.size, values) for name, values in OPTIONS.items()}
+    bakes = in_turns(cases, chosen.rounds)
+    _draw({name: runs[-1] for name, runs in bakes.items()}, chosen.picture)
+    seconds = {name: statistics.median(sum(run.seconds.values()) for run in runs) for name, runs in bakes.items()}
+    rows = [(name, f"{taken / seconds['AO']:.2f}") for name, taken in seconds.items()]
+    print(*table(["option", "times AO alone"], rows), sep="\n")
     return 0
 
 
@@ -94,18 +91,19 @@ def _sunset(ways: Doubles) -> Doubles:
     """Warm from one side, blue from above, nothing from below."""
     sun = np.clip(ways @ np.array([0.8, 0.3, 0.52]), 0.0, 1.0) ** 64
     sky = np.where(ways[:, 2] > 0.0, 0.3 + 0.4 * ways[:, 2], 0.0)
-    return 6.0 * sun[:, None] * [1.0, 0.6, 0.25] + sky[:, None] * [0.5, 0.7, 1.0]
+    light: Doubles = 6.0 * sun[:, None] * [1.0, 0.6, 0.25] + sky[:, None] * [0.5, 0.7, 1.0]
+    return light
 
 
-def _bake(scene: Scene, values: Mapping[str, Any], size: int) -> Baked:
+def _bake(scene: Scene, size: int, values: Mapping[str, Any], _: int) -> Baked:
     settings = {"maps": (AO,), "width": size, "height": size, "error": 1 / 255, **values}
     (baked,) = bake(scene, flat_settings(**settings))
     return baked
 
 
-def _draw(bakes: Mapping[str, Baked]) -> None:
-    figure, axes = plt.subplots(3, 4, figsize=(12, 9.6))
-    for axis, (name, baked) in zip(axes.flat, bakes.items(), strict=True):
+def _draw(bakes: Mapping[str, Baked], path: Path) -> None:
+    figure = Figure(figsize=(12, 9.6))
+    for axis, (name, baked) in zip(figure.subplots(3, 4).flat, bakes.items(), strict=True):
         values = list(baked.maps.values())[-1].values
         if values.ndim == 3 and values.shape[2] > 3:  # a code: three of its numbers, about their middle
             values = 0.5 + 0.35 * values[..., 1:4]
@@ -113,15 +111,7 @@ def _draw(bakes: Mapping[str, Baked]) -> None:
         axis.set_title(name, fontsize=11)
         axis.axis("off")
     figure.tight_layout()
-    PICTURE.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(PICTURE, dpi=80)
-
-
-def _print(times: Mapping[str, Sequence[float]]) -> None:
-    plain = statistics.median(times["AO"])
-    print("| option | times AO alone |\n|---|---|")
-    for name, taken in times.items():
-        print(f"| {name} | {statistics.median(taken) / plain:.2f} |")
+    figure.savefig(path, dpi=80)
 
 
 if __name__ == "__main__":

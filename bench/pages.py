@@ -1,7 +1,7 @@
 """Pages of the documentation that are written from measurements, a section at a time.
 
-Each section runs in a process of its own and keeps its result in build/, so that a long run may be taken up again.
-Sections of which there is no result stay as the page has them.
+Their words stand in Markdown files beside the code that measures. What a section gives is kept, so that a long run may
+be taken up again; sections of which there is no result stay as the page has them.
 """
 
 from __future__ import annotations
@@ -9,83 +9,128 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import subprocess
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
 from typing import Any
 
+from ..core.base.version import version
+
 ROOT = Path(__file__).resolve().parent.parent
+_BENCH = __name__.rpartition(".")[0]
 MODELS = ROOT / "models"  # .obj files to measure with, where there are any
 
 Measure = Callable[[argparse.Namespace], Any]
 Write = Callable[[Any], list[str]]
 
 
+def filled(template: Path | str, **values: object) -> list[str]:
+    """The lines of a text with what was measured in the places that it names, as str.format knows them.
+
+    template: the text, or the module that it stands beside. A list is lines; but where a line of the text asks for
+    something of a list's members, `{rows.seconds:.2f}`, it is there for each of them. An empty paragraph is left out.
+    """
+    text = Path(template).with_suffix(".md").read_text(encoding="utf-8")
+    lines = [line for each in text.splitlines() for line in _filled(each, values)]
+    return re.sub(r"\n{3,}", "\n\n", "\n".join(lines)).strip("\n").split("\n")
+
+
+def _filled(line: str, values: Mapping[str, Any]) -> list[str]:
+    names = [name for name in re.findall(r"{(\w+)[.\[]", line) if isinstance(values[name], list)]
+    if names:
+        return [line.format(**{**values, names[0]: each}) for each in values[names[0]]]
+    whole = {name: "\n".join(map(str, each)) for name, each in values.items() if isinstance(each, list)}
+    return [line.format(**{**values, **whole})]
+
+
+def apart(chapters: Iterable[Sequence[str]]) -> str:
+    """Lines of several chapters, as one place of a text takes them."""
+    return "\n\n".join("\n".join(each) for each in chapters)
+
+
+def run_sections(
+    parser: argparse.ArgumentParser,
+    names: Callable[[argparse.Namespace], Iterable[str]],
+    measure: Callable[[str, argparse.Namespace], None],
+    write: Callable[[argparse.Namespace], None],
+    arguments: Sequence[str],
+) -> int:
+    """A command: measure the sections asked for, all by default, each in a process of its own, then write the page.
+
+    Sections may be given by how their names begin, up to an underscore. One that fails does not keep the others back.
+    """
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help="which (all)")
+    parser.add_argument("--rounds", type=int, default=3, help="alternating runs of each side (3)")
+    parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
+    parser.add_argument("--write", action="store_true", help="write the page alone, from the results that are there")
+    parser.add_argument("--here", help=argparse.SUPPRESS)
+    chosen = parser.parse_args(arguments)
+    if chosen.here:
+        measure(chosen.here, chosen)
+        return 0
+    there, failed = list(names(chosen)), []
+    for unknown in (each for each in chosen.sections if not any(_begins(name, each) for name in there)):
+        parser.error(f"{unknown}: no such section; choose from {', '.join(there)}")
+    wanted = [name for name in there if any(_begins(name, each) for each in chosen.sections or [name])]
+    for name in [] if chosen.write else wanted:
+        print(f"== {name}", flush=True)
+        command = [sys.executable, "-m", parser.prog.split()[-1], *arguments, "--here", name]
+        if subprocess.run(command, check=False).returncode != 0:
+            failed.append(name)
+    write(chosen)
+    for name in failed:
+        print(f"FAILED {name}: what was measured of it before is on the page", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def _begins(name: str, given: str) -> bool:
+    return f"{name}_".startswith(f"{given}_")
+
+
 @dataclass(frozen=True)
 class Page:
-    """module: what `python -m` runs. path: the page, from the root. sections: how to measure and how to write each."""
+    """A page of several sections. package: of bench, what `python -m` runs; its head.md begins the page. path: from the
+    root. modules: one a section, each with its `measure` and its `page`."""
 
-    module: str
+    package: str
     path: str
-    title: str
-    about: str
-    sections: Mapping[str, tuple[Measure, Write]]
+    modules: Sequence[Any]
 
     @property
-    def results(self) -> Path:
-        """The folder of the sections' results."""
-        return ROOT / "build" / Path(self.path).stem
+    def sections(self) -> dict[str, tuple[Measure, Write]]:
+        """How to measure and how to write each."""
+        return {each.__name__.rpartition(".")[2]: (each.measure, each.page) for each in self.modules}
 
     def run(self, arguments: Sequence[str]) -> int:
-        """The command: measure the sections asked for, all by default, then write the page."""
-        chosen = self._parser().parse_args(arguments)
-        if unknown := [name for name in chosen.sections if name not in self.sections]:
-            print(f"{unknown[0]}: no such section; choose from {', '.join(self.sections)}", file=sys.stderr)
-            return 2
-        self.results.mkdir(parents=True, exist_ok=True)
-        if chosen.here:
-            for name in chosen.sections:
-                self._measure(name, chosen)
-            return 0
-        if not chosen.write:
-            for name in chosen.sections or self.sections:
-                print(f"== {name}", flush=True)
-                command = [sys.executable, "-m", self.module, name, *arguments_of(chosen), "--here"]
-                subprocess.run(command, check=True)
-        self._write()
-        return 0
-
-    def _parser(self) -> argparse.ArgumentParser:
-        parser = argparse.ArgumentParser(f"python -m {self.module}", description=f"Measure and write {self.path}.")
-        parser.add_argument("sections", nargs="*", metavar="SECTION", help=f"which: {', '.join(self.sections)} (all)")
-        parser.add_argument("--rounds", type=int, default=3, help="alternating runs of each side (3)")
-        parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
-        parser.add_argument(
-            "--write", action="store_true", help="write the page alone, from the results that are there"
+        """The command."""
+        parser = argparse.ArgumentParser(
+            f"python -m {_BENCH}.{self.package}", description=f"Measure and write {self.path}."
         )
-        parser.add_argument("--here", action="store_true", help=argparse.SUPPRESS)
-        return parser
+        return run_sections(parser, lambda _: self.sections, self._measure, self._write, arguments)
+
+    def _file(self, name: str) -> Path:
+        return ROOT / "build" / Path(self.path).stem / f"{name}.json"
 
     def _measure(self, name: str, chosen: argparse.Namespace) -> None:
         result = {"measured": date.today().isoformat(), "machine": machine(), "result": self.sections[name][0](chosen)}
-        (self.results / f"{name}.json").write_text(json.dumps(result, indent=1), encoding="utf-8")
+        write_json(self._file(name), result)
 
-    def _write(self) -> None:
+    def _write(self, chosen: argparse.Namespace) -> None:
         page = ROOT / self.path
         chapters = _chapters(page.read_text(encoding="utf-8").splitlines()) if page.exists() else {}
         for name, (_, write) in self.sections.items():
-            file = self.results / f"{name}.json"
-            if not file.exists():
+            if self._file(name).exists():
+                kept = json.loads(self._file(name).read_text(encoding="utf-8"))
+                lines = [*write(kept["result"]), "", f"Measured {kept['measured']} on {kept['machine']}."]
+                chapters.update(_chapters(lines))
+            else:
                 print(f"{name}: not measured, so the page keeps what it has of it")
-                continue
-            kept = json.loads(file.read_text(encoding="utf-8"))
-            lines = [*write(kept["result"]), "", f"Measured {kept['measured']} on {kept['machine']}."]
-            chapters.update(_chapters(lines))
-        page.parent.mkdir(exist_ok=True)
-        parts = [[f"# {self.title}", "", self.about], *chapters.values()]
+        head = filled(ROOT / "bench" / self.package / "head", version=version())
+        parts = [head, *chapters.values()]
         page.write_text("\n\n".join("\n".join(part).strip("\n") for part in parts) + "\n", encoding="utf-8")
         print(f"wrote {page}")
 
@@ -101,31 +146,18 @@ def _chapters(lines: Sequence[str]) -> dict[str, list[str]]:
     return chapters
 
 
-def arguments_of(chosen: argparse.Namespace) -> list[str]:
-    """The options again, for the process of one section."""
-    return ["--rounds", str(chosen.rounds), "--models", str(chosen.models)]
-
-
-def answer_of(module: str, *arguments: object, environment: Mapping[str, str] | None = None) -> Any:
-    """What `python -m occlusion_bake.bench.MODULE` says in the last line that it prints, JSON, in a fresh process."""
-    command = [sys.executable, "-m", f"occlusion_bake.bench.{module}", *map(str, arguments)]
-    answer = subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout
-    return json.loads(answer.splitlines()[-1])
-
-
-def peak_memory() -> float:
-    """The most that this process has held, GB. Not ru_maxrss, which a process takes over from the one that started
-    it."""
-    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1048576.0
+def write_json(file: Path, content: Any) -> None:
+    """Write beside the file, then put it in its place."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    beside = file.with_suffix(".part")
+    beside.write_text(json.dumps(content, indent=1), encoding="utf-8")
+    beside.replace(file)
 
 
 def machine() -> str:
     """Processor, cores, and the vector width that decides."""
-    try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-    except OSError:
-        text = ""
+    cpuinfo = Path("/proc/cpuinfo")
+    text = cpuinfo.read_text(encoding="utf-8") if cpuinfo.exists() else ""
     model = next((line.split(":", 1)[1].strip() for line in text.splitlines() if line.startswith("model name")), "?")
     wide = "AVX-512" if "avx512f" in text else "AVX2" if "avx2" in text else "SSE"
     return f"{model}, {os.cpu_count()} cores, {wide}, Python {sys.version_info[0]}.{sys.version_info[1]}"

@@ -64,9 +64,9 @@ class Settings:
     def __post_init__(self) -> None:
         if not self.maps:
             raise InputError("nothing to bake; choose AO, RO or another map")
-        names = [each.name for each in self.maps]
-        if len(set(names)) < len(names):
-            raise InputError(f"of the maps {', '.join(names)} two have the same name; ask for each once")
+        for names in ([each.name for each in self.maps if each.is_grey], [each.name for each in self.maps]):
+            if len(set(names)) < len(names):
+                raise InputError(f"of the maps {', '.join(names)} two have the same name; ask for each once")
         if self.rays.spread < WHOLE_SPREAD and (whole := self._of_whole_lobes):
             raise InputError(
                 f"spread {self.rays.spread:g}: {whole} is of whole lobes; leave it out, or give 180 degrees"
@@ -102,7 +102,7 @@ class Settings:
     @property
     def _of_whole_lobes(self) -> str:
         """What is asked for that has no meaning within a cone of directions; empty: nothing."""
-        return next((each.of_whole_lobes for each in self.maps if each.of_whole_lobes), "")
+        return next((each.of_whole_lobes for each in reversed(self.maps) if each.of_whole_lobes), "")
 
 
 def check_files(maps: Iterable[Map], format_name: str, depth: int) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 from mathutils import Matrix
 
@@ -85,7 +87,7 @@ def _columns(scene: bpy.types.Scene, stone: bpy.types.Material) -> None:
         stone,
     )
     stage.bevel(beam, 0.012)
-    text = bpy.data.curves.new("Inscription", "FONT")
+    text: Any = bpy.data.curves.new("Inscription", "FONT")
     text.body, text.size, text.extrude, text.align_x = "OCCLUSION", 0.24, 0.015, "CENTER"
     text.space_character = 1.25
     stage.add(scene, "Inscription", text, stone, at=(0, 0.984, 2.78), turn=(90, 0, 0))

@@ -5,9 +5,11 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import bpy
 
+from ..addon.typed import scene_in
 from . import foliage, nook, suzanne, thinwall, thousands
 from .stage import Sample
 
@@ -23,7 +25,7 @@ SCENES: dict[str, Callable[[bpy.types.Scene], Sample]] = {
 def build(name: str) -> Sample:
     """Replace whatever file is open by the sample scene `name`, from Blender's empty factory file."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    return SCENES[name](bpy.context.scene)
+    return SCENES[name](scene_in(bpy.context))
 
 
 def write(name: str, folder: Path) -> Path:
@@ -31,7 +33,8 @@ def write(name: str, folder: Path) -> Path:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder.resolve() / f"{name}.blend"
     build(name)
-    bpy.context.preferences.filepaths.save_version = 0
+    preferences: Any = bpy.context.preferences
+    preferences.filepaths.save_version = 0
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=True)
     return path
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import radians
+from typing import Any
 
 import bpy
 from mathutils import Vector
@@ -25,13 +26,14 @@ class Sample:
 def add(
     scene: bpy.types.Scene,
     name: str,
-    data: bpy.types.ID | None,
+    data: Any,
     *materials: bpy.types.Material,
     at: Triple = (0.0, 0.0, 0.0),
     turn: Triple = (0.0, 0.0, 0.0),
     scale: Triple = (1.0, 1.0, 1.0),
 ) -> bpy.types.Object:
-    """Put `data` into the scene as an object; turn is in degrees about x, y, z. Materials go to the data's slots."""
+    """Put `data`, a mesh, a light, … or None, into the scene as an object; turn is in degrees about x, y, z. Materials
+    go to the data's slots."""
     thing = bpy.data.objects.new(name, data)
     thing.location, thing.scale = at, scale
     thing.rotation_euler = [radians(angle) for angle in turn]
@@ -54,7 +56,7 @@ def material(name: str, colour: Triple, roughness: float = 0.6, **inputs: float)
 
 def light(scene: bpy.types.Scene, sun: Triple, strength: float = 2.2, sky: float = 0.55, blur: float = 6.0) -> None:
     """A sun shining from `sun` (a direction, any length), `blur` degrees wide, and an even sky."""
-    lamp = bpy.data.lights.new("Sun", "SUN")
+    lamp: Any = bpy.data.lights.new("Sun", "SUN")
     lamp.energy, lamp.angle, lamp.color = strength, radians(blur), (1.0, 0.93, 0.82)
     add(scene, "Sun", lamp).rotation_euler = Vector(sun).to_track_quat("Z", "Y").to_euler()
     scene.world = bpy.data.worlds.new("Sky")
@@ -62,7 +64,7 @@ def light(scene: bpy.types.Scene, sun: Triple, strength: float = 2.2, sky: float
     shade.inputs["Color"].default_value, shade.inputs["Strength"].default_value = (0.75, 0.85, 1.0, 1.0), sky
 
 
-def view(scene: bpy.types.Scene, position: Triple, towards: Triple, lens: float = 50.0) -> None:
+def view(scene: Any, position: Triple, towards: Triple, lens: float = 50.0) -> None:
     """The camera, and settings under which a Cycles render of the scene looks as meant. lens: mm on a 36 mm sensor."""
     camera = bpy.data.cameras.new("Camera")
     camera.lens = lens
@@ -89,7 +91,7 @@ def unwrap(scene: bpy.types.Scene, thing: bpy.types.Object, margin: float = 0.00
 
 def bevel(thing: bpy.types.Object, width: float, segments: int = 3) -> None:
     """Round the object's sharp edges by a modifier, left live."""
-    modifier = thing.modifiers.new("Bevel", "BEVEL")
+    modifier: Any = thing.modifiers.new("Bevel", "BEVEL")
     modifier.width, modifier.segments = width, segments
     modifier.limit_method, modifier.angle_limit = "ANGLE", radians(35.0)
 
@@ -107,7 +109,7 @@ def tube(name: str, lines: Sequence[Sequence[Triple]], radius: float) -> bpy.typ
     return curve
 
 
-def _nodes(data: bpy.types.Material | bpy.types.World) -> bpy.types.Nodes:
+def _nodes(data: Any) -> Any:
     """The node tree's nodes; from Blender 5.0 on there is always a tree, and asking for one warns."""
     if bpy.app.version < (5, 0):
         data.use_nodes = True

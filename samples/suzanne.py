@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bmesh
 import bpy
 
@@ -20,7 +22,7 @@ def build(scene: bpy.types.Scene) -> stage.Sample:
     head = stage.add(
         scene, "Suzanne", mesh, stage.material("Clay", (0.75, 0.25, 0.12)), at=(0, 0, 0.496), turn=(-36, 0, 22)
     )
-    subdivision = head.modifiers.new("Subdivision", "SUBSURF")
+    subdivision: Any = head.modifiers.new("Subdivision", "SUBSURF")
     subdivision.levels, subdivision.render_levels = 1, 3
     stage.add(scene, "Floor", shapes.plane("Floor", 9.0, 9.0), stage.material("Plaster", (0.8, 0.77, 0.72)))
     stage.light(scene, sun=(-2.0, -1.5, 3.0))

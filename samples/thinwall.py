@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bmesh
 import bpy
 import numpy as np
@@ -105,7 +107,7 @@ def _window(scene: bpy.types.Scene) -> None:
     card = stage.add(scene, "Bounce card", shapes.plane("Bounce card", 2.0, 1.0), at=(0, -0.5, 1.3), turn=(-25, 0, 0))
     card.visible_shadow = False
     slat = stage.add(scene, "Blinds", _slat(), stage.material("Enamel", (0.8, 0.76, 0.68), 0.4), at=(0, 0.6, 0.115))
-    blinds = slat.modifiers.new("Array", "ARRAY")
+    blinds: Any = slat.modifiers.new("Array", "ARRAY")
     blinds.count, blinds.use_relative_offset, blinds.use_constant_offset = SLATS, False, True
     blinds.constant_offset_displace, blinds.offset_v = (0.0, 0.0, 0.0325), 1.0 / SLATS
 

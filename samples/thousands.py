@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from . import shapes, stage
 
 PEBBLES = 7000
 EDGE = 6.0  # metres of terrain
-Doubles = NDArray[np.float64]
 
 
 def build(scene: bpy.types.Scene) -> stage.Sample:
@@ -23,20 +23,20 @@ def build(scene: bpy.types.Scene) -> stage.Sample:
         kinds.objects.link(bpy.data.objects.new(mesh.name, mesh))
     stage.add(scene, "Terrain", _terrain(), stage.material("Sand", (0.42, 0.3, 0.19), 0.9))
     pebbles = stage.add(scene, "Pebbles", _places())
-    pebbles.modifiers.new("Scatter", "NODES").node_group = _scatter(kinds)
+    scatter: Any = pebbles.modifiers.new("Scatter", "NODES")
+    scatter.node_group = _scatter(kinds)
     _cairns(scene, kinds)
     stage.light(scene, sun=(3.0, 1.5, 2.4))
     stage.view(scene, position=(0.4, -4.1, 2.5), towards=(0.0, -0.65, 0.05), lens=40.0)
     return stage.Sample("thousands", f"A dry stream bed under {PEBBLES} pebbles, with a few cairns.", ("Terrain",))
 
 
-def _height(x: Doubles, y: Doubles) -> Doubles:
-    """Terrain height in metres: a winding bed between banks, with ripples."""
+def _height(x: Any, y: Any) -> Any:
+    """Terrain height in metres, of places as they come: a winding bed between banks, with ripples."""
     off = x - 0.7 * np.sin(1.1 * y + 0.4)
     bank = 0.9 * (1.0 - np.exp(-((off / 1.5) ** 2)))
     ripples = 0.05 * np.sin(3.1 * x + 1.7 * y) + 0.03 * np.sin(5.3 * y - 2.1 * x + 1.0)
-    lumps: Doubles = bank + ripples + 0.012 * np.sin(13.0 * x + 4.0 * np.sin(3.0 * y)) * np.sin(11.0 * y)
-    return lumps
+    return bank + ripples + 0.012 * np.sin(13.0 * x + 4.0 * np.sin(3.0 * y)) * np.sin(11.0 * y)
 
 
 def _terrain() -> bpy.types.Mesh:
@@ -59,14 +59,14 @@ def _places() -> bpy.types.Mesh:
     mesh.from_pydata(np.stack([x, y, z], axis=1), [], [])
     turn = rng.normal(0.0, (0.3, 0.3, 3.0), size=(PEBBLES, 3))
     for name, values in (("turn", turn), ("size", scale)):
-        attribute = mesh.attributes.new(name, "FLOAT_VECTOR", "POINT")
+        attribute: Any = mesh.attributes.new(name, "FLOAT_VECTOR", "POINT")
         attribute.data.foreach_set("vector", values.ravel().astype(np.float32))
     return mesh
 
 
-def _scatter(kinds: bpy.types.Collection) -> bpy.types.NodeTree:
+def _scatter(kinds: bpy.types.Collection) -> Any:
     """Nodes that put one of `kinds` on each point, by the point's attributes."""
-    tree = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
+    tree: Any = bpy.data.node_groups.new("Scatter", "GeometryNodeTree")
     tree.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
     tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
     points, end = tree.nodes.new("NodeGroupInput"), tree.nodes.new("NodeGroupOutput")
@@ -107,7 +107,7 @@ def _cairns(scene: bpy.types.Scene, kinds: bpy.types.Collection) -> None:
 def _stone() -> bpy.types.Material:
     """Stone whose colour differs from pebble to pebble."""
     stone = stage.material("Stone", (0.4, 0.38, 0.35), 0.7)
-    tree = stone.node_tree
+    tree: Any = stone.node_tree
     chance, ramp = tree.nodes.new("ShaderNodeObjectInfo"), tree.nodes.new("ShaderNodeValToRGB")
     colours = ((0.05, 0.055, 0.07), (0.3, 0.27, 0.23), (0.34, 0.15, 0.09), (0.42, 0.41, 0.38), (0.66, 0.6, 0.5))
     ends = ramp.color_ramp.elements

@@ -18,6 +18,8 @@ sys.path.insert(0, str(KERNEL))
 
 import toolchain  # noqa: E402
 
+__all__ = ["ROOT", "SANITIZE", "toolchain"]  # what sanitize_fuzz.py builds with, too
+
 SANITIZE = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
 FOR_TESTS = [f"-I{toolchain.SOURCES}"]
 

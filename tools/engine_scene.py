@@ -20,15 +20,19 @@ FLOOR, HEAD = "Floor", "Suzanne"
 
 Doubles = NDArray[np.float64]
 
+# With the extension installed there is more than the stubs of Blender know.
+context: Any = bpy.context
+ops: Any = bpy.ops
+
 
 def make_glb(path: Path) -> Occlusion:
     """Make the scene, bake and export it."""
     occlusion_bake.register()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.mesh.primitive_plane_add(size=4.0)
-    bpy.context.object.name = FLOOR
+    context.object.name = FLOOR
     bpy.ops.mesh.primitive_monkey_add(location=(0.0, 0.0, 0.98))
-    bpy.context.object.name = HEAD
+    context.object.name = HEAD
     bpy.ops.object.shade_smooth()
     _bake(FLOOR, uv="ACTIVE")
     _bake(HEAD, uv="CHARTS")
@@ -38,15 +42,15 @@ def make_glb(path: Path) -> Occlusion:
 
 def _bake(name: str, **panel: str) -> None:
     """As an artist does: with *glTF Occlusion* on."""
-    chosen: Any = bpy.context.scene.occlusion_bake
+    chosen: Any = context.scene.occlusion_bake
     chosen.width = chosen.height = SIZE
     chosen.use_gltf = True
     for key, value in panel.items():
         setattr(chosen, key, value)
     bpy.ops.object.select_all(action="DESELECT")
     bpy.data.objects[name].select_set(True)
-    bpy.context.view_layer.objects.active = bpy.data.objects[name]
-    if bpy.ops.occlusion_bake.bake() != {"FINISHED"}:
+    context.view_layer.objects.active = bpy.data.objects[name]
+    if ops.occlusion_bake.bake() != {"FINISHED"}:
         raise RuntimeError(f"{name} was not baked")
 
 
@@ -55,7 +59,8 @@ class _Triangles:
 
     def __init__(self, name: str) -> None:
         obj: Any = bpy.data.objects[name]
-        mesh, image = obj.data, bpy.data.images[f"{name} AO"]
+        images: Any = bpy.data.images
+        mesh, image = obj.data, images[f"{name} AO"]
         mesh.calc_loop_triangles()
         count = len(mesh.loop_triangles)
         vertices, matrix = _read(mesh.vertices, "co", len(mesh.vertices), 3), np.array(obj.matrix_world)
@@ -73,7 +78,7 @@ class Occlusion:
         self._parts = parts
         corners = np.concatenate([part.corners for part in parts])
         faces = np.arange(3 * len(corners)).reshape(-1, 3)
-        self._tree = BVHTree.FromPolygons(corners.reshape(-1, 3).tolist(), faces.tolist())
+        self._tree: Any = BVHTree.FromPolygons(corners.reshape(-1, 3).tolist(), faces.tolist())
 
     def at(self, points: Doubles) -> tuple[Doubles, NDArray[np.int64]]:
         """(N, 3) points of glTF's world, Y up, on the surfaces → their AO, (N,), and whose it is: 0 floor, 1 head."""
@@ -114,7 +119,8 @@ def bilinear(image: Doubles, uv: Doubles) -> Doubles:
     rows = [image[(low + row) % height] for row in (0, 1)]
     index = np.arange(len(uv))
     mixed = [row[index, left % width] * (1.0 - across) + row[index, (left + 1) % width] * across for row in rows]
-    return mixed[0] * (1.0 - up) + mixed[1] * up
+    between: Doubles = mixed[0] * (1.0 - up) + mixed[1] * up
+    return between
 
 
 def _read(collection: Any, name: str, count: int, width: int) -> Doubles:

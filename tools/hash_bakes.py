@@ -27,6 +27,8 @@ import bpy
 import numpy as np
 import OpenImageIO
 
+context: Any = bpy.context  # whose scene and object the stubs take to be missing
+
 ROOT = Path(__file__).resolve().parent.parent
 SAMPLES = ("suzanne", "nook", "thousands", "thinwall", "foliage")
 MODELS = ("spot.obj", "stanford-bunny.obj", "rocker-arm.obj")
@@ -143,7 +145,8 @@ def _image_hash(path: Path) -> str:
 def _color_hashes(scene: Path) -> Iterator[str]:
     bpy.ops.wm.open_mainfile(filepath=str(scene), load_ui=False)
     for mesh in bpy.data.meshes:
-        for attribute in mesh.color_attributes:
+        attributes: Any = mesh.color_attributes
+        for attribute in attributes:
             colors = np.empty(4 * len(attribute.data), dtype=np.float32)
             attribute.data.foreach_get("color", colors)
             yield f"{mesh.name} {attribute.name} {_hash(colors.tobytes())}"
@@ -197,15 +200,15 @@ def _udim() -> None:
     layer = mesh.uv_layers.new(name="UVMap")
     for loop, place in zip(layer.uv, places, strict=True):
         loop.vector = place
-    bpy.context.scene.collection.objects.link(bpy.data.objects.new("Tiles", mesh))
+    context.scene.collection.objects.link(bpy.data.objects.new("Tiles", mesh))
 
 
 def _highs() -> None:
     """A low cube, the same with rounded edges, and a cage about it."""
     for name, size in (("Rock_low", 2.0), ("Rock_high", 2.0), ("Rock_cage", 2.2)):
         bpy.ops.mesh.primitive_cube_add(size=size)
-        bpy.context.object.name = name
-    high = bpy.data.objects["Rock_high"].modifiers.new("Bevel", "BEVEL")
+        context.object.name = name
+    high: Any = bpy.data.objects["Rock_high"].modifiers.new("Bevel", "BEVEL")
     high.width, high.segments = 0.3, 4
     bpy.data.objects["Rock_cage"].hide_render = True
 

@@ -13,10 +13,14 @@ import sys
 from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 import bpy
 
 MODULE = "bl_ext.user_default.occlusion_bake"
+# With the extension installed there is more than the stubs of Blender know.
+context: Any = bpy.context
+ops: Any = bpy.ops
 WHEELS = ("OpenImageIO", "embreex", "occlusion_bake_kernel")
 
 
@@ -25,7 +29,7 @@ def install(path: str) -> None:
 
 
 def check(folder: str) -> None:
-    if MODULE not in bpy.context.preferences.addons:
+    if MODULE not in context.preferences.addons:
         raise SystemExit(f"{MODULE} is not enabled")
     for name in (*WHEELS, *(["xatlas"] if sys.version_info < (3, 14) else [])):
         origin = importlib.import_module(name).__file__ or ""
@@ -53,11 +57,11 @@ def command(path: str, *arguments: str) -> None:
 
 def operator() -> None:
     """The operator bakes the cube of the default scene and leaves a picture of it."""
-    cube = bpy.data.objects["Cube"]
-    bpy.context.view_layer.objects.active = cube
+    cube: Any = bpy.data.objects["Cube"]
+    context.view_layer.objects.active = cube
     cube.select_set(True)
     before = {image.name for image in bpy.data.images}
-    if (result := bpy.ops.occlusion_bake.bake()) != {"FINISHED"}:
+    if (result := ops.occlusion_bake.bake()) != {"FINISHED"}:
         raise SystemExit(f"bpy.ops.occlusion_bake.bake() gave {result}")
     left = [image for image in bpy.data.images if image.name not in before and min(image.size) > 0]
     if not left:
@@ -67,18 +71,18 @@ def operator() -> None:
 
 def charts() -> None:
     """The operator makes a UV map where there is none, or says in one line why it cannot."""
-    cube = bpy.data.objects["Cube"]
-    bpy.context.view_layer.objects.active = cube
+    cube: Any = bpy.data.objects["Cube"]
+    context.view_layer.objects.active = cube
     for layer in list(cube.data.uv_layers):
         cube.data.uv_layers.remove(layer)
     try:
-        bpy.ops.occlusion_bake.bake()
+        ops.occlusion_bake.bake()
     except RuntimeError as refusal:
         said = str(refusal).removeprefix("Error: ").strip()
         if importlib.util.find_spec("xatlas") is not None or "\n" in said or "xatlas" not in said:
             raise SystemExit(f"a mesh without UVs was refused: {said}") from refusal
         print(f"without xatlas: {said}")
-        if bpy.ops.occlusion_bake.bake() != {"FINISHED"}:  # the second press
+        if ops.occlusion_bake.bake() != {"FINISHED"}:  # the second press
             raise SystemExit("Smart UV Project did not take the place of xatlas") from refusal
     print(f"the operator made the UV map {cube.data.uv_layers[0].name}")
 

@@ -17,7 +17,7 @@ import sys
 from pathlib import Path
 
 from check_kernel import ROOT, SANITIZE, toolchain
-from occlusion_bake.bench.truth.fuzz import child, complaint
+from occlusion_bake.tests.oracles.fuzz_batch import long_run
 
 LIBRARY = "OCCLUSION_BAKE_SANITIZED"  # for the child: the library to load
 # The share of a long run's cases: the sanitizers take their time. Those that never enter the kernel are left out.
@@ -37,7 +37,7 @@ import os, sys
 from pathlib import Path
 import occlusion_bake_kernel
 occlusion_bake_kernel.library_path = lambda: Path(os.environ["OCCLUSION_BAKE_SANITIZED"])
-from occlusion_bake.bench.truth.fuzz import main
+from occlusion_bake.tests.oracles.fuzz_batch import main
 sys.exit(main(sys.argv[1:]))
 """
 
@@ -80,15 +80,11 @@ def environment(library: Path, preload: str) -> dict[str, str]:
 
 def fuzz(library: Path, preload: str, share: float, seed: int | None) -> int:
     """How many properties failed."""
-    seeds, failed = random.Random(seed), 0
-    for name, cases in CASES.items():
-        wanted = max(1, round(share * cases))
-        result = child(name, seeds.getrandbits(31), wanted, ("-c", BOOT), environment(library, preload))
-        print(f"{name}: {result['cases']} cases, seed {result['seed']}, status {result['status']}", flush=True)
-        if result["status"] != 0:
-            failed += 1
-            print(complaint(result), flush=True)
-    return failed
+    seeds, child = random.Random(seed), environment(library, preload)
+    wanted = {name: max(1, round(share * cases)) for name, cases in CASES.items()}
+    return sum(
+        bool(long_run(name, cases, seeds, print, ("-c", BOOT), child)["failures"]) for name, cases in wanted.items()
+    )
 
 
 def main() -> None:

@@ -18,6 +18,7 @@ import bpy
 
 Waits = Generator[float, None, None]
 
+context: Any = bpy.context  # whose window and region the stubs take to be missing
 _ROW = 14  # pixels between two places to look at: less than a button is high
 _LOOK = 0.15  # seconds until a window drawn in software has seen where the mouse is
 
@@ -60,7 +61,7 @@ def picture(path: str) -> None:
 
 def sidebar() -> tuple[Any, Any, Any]:
     """Window, area and region of the 3D view's sidebar."""
-    window = bpy.context.window_manager.windows[0]
+    window = context.window_manager.windows[0]
     area = next(area for area in window.screen.areas if area.type == "VIEW_3D")
     return window, area, next(region for region in area.regions if region.type == "UI")
 
@@ -101,9 +102,9 @@ def _mouse(*words: str | int) -> None:
 def _hovered() -> str:
     """What the button under the mouse would do, as Blender words it; empty where there is none."""
     window, area, region = sidebar()
-    manager = bpy.context.window_manager
+    manager = context.window_manager
     manager.clipboard = ""
-    with bpy.context.temp_override(window=window, area=area, region=region):
+    with context.temp_override(window=window, area=area, region=region):
         try:
             bpy.ops.ui.copy_python_command_button()
         except RuntimeError:

@@ -21,6 +21,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from window_hand import Waits, act, key, open_tab, picture, press, sidebar, until
 
 MODULE = "bl_ext.user_default.occlusion_bake"
+# With the extension installed there is more than the stubs of Blender know.
+context: Any = bpy.context
+ops: Any = bpy.ops
 UNDER = 0.169  # visibility half a metre below the middle of a square of 2 m: 1 less its form factor, 0.831
 OPEN = 0.99  # and more in a far corner of the floor
 
@@ -42,7 +45,7 @@ def session(archive: str, folder: Path, name: str) -> Waits:
 def install(archive: str) -> None:
     """Without saving the preferences: a comparison's own Blender must do without them."""
     window, _, _ = sidebar()
-    with bpy.context.temp_override(window=window):
+    with context.temp_override(window=window):
         bpy.ops.extensions.package_install_files(filepath=archive, repo="user_default", enable_on_install=True)
 
 
@@ -50,10 +53,10 @@ def make_scene() -> Any:
     """The default cube above a floor, which is selected."""
     bpy.data.objects["Cube"].location.z = 1.5
     bpy.ops.mesh.primitive_plane_add(size=12.0)
-    chosen = bpy.context.scene.occlusion_bake
+    chosen = context.scene.occlusion_bake
     chosen.width = chosen.height = 1024
     chosen.quality, chosen.rays = "RAYS", 1024  # a bake long enough to be looked at and cancelled
-    return bpy.context.object
+    return context.object
 
 
 def running() -> bool:
@@ -123,7 +126,7 @@ def baked(floor: Any, folder: Path, name: str) -> Waits:
     check(not floor.data.materials, "there is a material that nobody asked for")
     yield 1.0
     picture(str(folder / f"{name}_baked.png"))
-    shown = bpy.context.window_manager.occlusion_bake
+    shown = context.window_manager.occlusion_bake
     shown.show = False
     yield from press("occlusion_bake.bake")
     yield from until(running, 5.0, "a bake after its button was pressed")
@@ -134,23 +137,23 @@ def baked(floor: Any, folder: Path, name: str) -> Waits:
 
 def compared(floor: Any, folder: Path, name: str) -> Waits:
     """The comparison starts a Blender of its own and shows both times, the errors and a picture."""
-    chosen = bpy.context.scene.occlusion_bake
+    chosen = context.scene.occlusion_bake
     chosen.width = chosen.height = 256
     chosen.rays, chosen.cycles_samples = 1024, 16
     window, area, region = sidebar()
-    with bpy.context.temp_override(window=window, area=area, region=region):  # its panel is closed at first
-        bpy.ops.occlusion_bake.compare("INVOKE_DEFAULT")
+    with context.temp_override(window=window, area=area, region=region):  # its panel is closed at first
+        ops.occlusion_bake.compare("INVOKE_DEFAULT")
     yield from until(running, 5.0, "a comparison")
     yield from until(lambda: not running(), 90.0, "the end of the comparison")
-    lines = bpy.context.window_manager.occlusion_bake.lines
+    lines = context.window_manager.occlusion_bake.lines
     check(
         "RMSE" in lines and f"{floor.name} Comparison" in image_names(), f"compared, and all that is shown is {lines}"
     )
     yield 1.0
     picture(str(folder / f"{name}_compared.png"))
     print(lines, flush=True)
-    check(len(bpy.context.window_manager.windows) == 2, "the comparison's picture is in no window")
-    with bpy.context.temp_override(window=bpy.context.window_manager.windows[1]):
+    check(len(context.window_manager.windows) == 2, "the comparison's picture is in no window")
+    with context.temp_override(window=context.window_manager.windows[1]):
         bpy.ops.wm.window_close()
     yield 0.5
 
@@ -158,7 +161,7 @@ def compared(floor: Any, folder: Path, name: str) -> Waits:
 def rebuilt(floor: Any, folder: Path) -> Waits:
     """RO from a code is in EEVEE what it is in Cycles, about normals too that turn within pixels, where a table that
     is filtered tells."""
-    chosen = bpy.context.scene.occlusion_bake
+    chosen = context.scene.occlusion_bake
     chosen.width = chosen.height = 16  # texels larger than pixels, for their mip maps are right to differ
     chosen.use_ao, chosen.use_code, chosen.use_material = False, True, True
     yield from started()
@@ -190,7 +193,7 @@ def rebuilt(floor: Any, folder: Path) -> Waits:
 
 def rendered(engine: str, path: Path) -> Any:
     """(64², 4) values in the middles of pixels, not filtered."""
-    scene, image = bpy.context.scene, bpy.context.scene.render.image_settings
+    scene, image = context.scene, context.scene.render.image_settings
     scene.render.engine, scene.render.filter_size, scene.eevee.taa_render_samples = engine, 0.0, 1
     scene.cycles.samples, scene.cycles.use_denoising = 1, False
     scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
@@ -208,7 +211,7 @@ def rendered(engine: str, path: Path) -> Any:
 
 def batched(floor: Any, folder: Path, name: str) -> Waits:
     """Four objects without UVs in one atlas, then a detailed mesh onto a plain one, by the real button."""
-    chosen = bpy.context.scene.occlusion_bake
+    chosen = context.scene.occlusion_bake
     chosen.width = chosen.height = 512
     chosen.rays = 256
     with in_view():
@@ -229,7 +232,7 @@ def batched(floor: Any, folder: Path, name: str) -> Waits:
     high.location = low.location
     for each in bodies[2:]:
         each.select_set(False)
-    bpy.context.view_layer.objects.active = low
+    context.view_layer.objects.active = low
     yield from press("occlusion_bake.bake")
     yield from ended("pressing the button for high to low")
     check(f"{low.name} AO" in image_names(), f"nothing from high to low: {image_names()}; {lines()}")
@@ -241,7 +244,7 @@ def batched(floor: Any, folder: Path, name: str) -> Waits:
     for each in bodies:
         bpy.data.objects.remove(each)
     floor.select_set(True)
-    bpy.context.view_layer.objects.active = floor
+    context.view_layer.objects.active = floor
 
 
 def body(number: int) -> Any:
@@ -250,7 +253,7 @@ def body(number: int) -> Any:
         bpy.ops.mesh.primitive_ico_sphere_add(
             subdivisions=3 + number, calc_uvs=False, location=(3.0 * number - 4.5, -4.0, 0.5)
         )
-    made = bpy.context.object
+    made = context.object
     for obj in [each for each in bpy.data.objects if each.name.startswith("Icosphere")]:
         obj.select_set(True)
     return made
@@ -267,12 +270,12 @@ def stage() -> str:
 
 def disturbed(floor: Any) -> Waits:
     """What an artist may do while a bake goes on: it ends well, or with a line, and the window lives."""
-    chosen = bpy.context.scene.occlusion_bake
+    chosen = context.scene.occlusion_bake
     chosen.width = chosen.height = 1024
     chosen.rays = 256
     name = floor.name  # after an undo the object is another to Python
     yield from started()
-    check(not bpy.ops.occlusion_bake.bake.poll(), "a second bake could be started")
+    check(not ops.occlusion_bake.bake.poll(), "a second bake could be started")
     with in_view():
         bpy.ops.object.mode_set(mode="EDIT")
     yield from ended("baking in Edit Mode")
@@ -299,14 +302,14 @@ def disturbed(floor: Any) -> Waits:
     check(not running(), "a bake goes on in another file")
     with in_view():
         bpy.ops.mesh.primitive_plane_add(size=12.0)
-    chosen = bpy.context.scene.occlusion_bake
+    chosen = context.scene.occlusion_bake
     chosen.quality, chosen.rays = "RAYS", 256
 
 
 def started() -> Waits:
     """A bake of the selected object, as its button starts it."""
     with in_view():
-        bpy.ops.occlusion_bake.bake("INVOKE_DEFAULT")
+        ops.occlusion_bake.bake("INVOKE_DEFAULT")
     yield from until(running, 5.0, "a bake")
     yield 0.5
 
@@ -318,12 +321,12 @@ def ended(after: str) -> Waits:
 def in_view() -> Any:
     """The 3D view's context, as for a person over it."""
     window, area, region = sidebar()
-    return bpy.context.temp_override(window=window, area=area, region=region)
+    return context.temp_override(window=window, area=area, region=region)
 
 
 def lines() -> str:
     """What the panel says."""
-    return str(bpy.context.window_manager.occlusion_bake.lines)
+    return str(context.window_manager.occlusion_bake.lines)
 
 
 def image_names() -> str:
@@ -337,7 +340,7 @@ def check(right: bool, what: str) -> None:
 
 
 if __name__ == "__main__":
-    bpy.context.preferences.view.show_splash = False
-    bpy.context.preferences.use_preferences_save = False
+    context.preferences.view.show_splash = False
+    context.preferences.use_preferences_save = False
     given = sys.argv[sys.argv.index("--") + 1 :]
     act(session(given[0], Path(given[1]), given[2]))

@@ -78,7 +78,7 @@ def to_compare(job: BakeJob) -> BakeJob:
 
 
 def child_values(job: BakeJob, samples: int, folder: Path, report: Path) -> dict[str, Any]:
-    """The command's options, as JSON has them, for `ao_alone` of the first object, and a comparison."""
+    """The command's options, as JSON has them, for a job as `to_compare` gives it, and a comparison."""
     return {
         **values_of(job.settings),
         "objects": [job.objects[0]],

@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from ...core.maps.registry import MAPS
+
 
 @dataclass(frozen=True)
 class FileFormat:
@@ -61,8 +63,8 @@ def panel_settings(preset: EnginePreset, *, packed: bool = False) -> dict[str, A
     packed: AO goes into the channel of an image that is there, in place of files. That takes AO alone.
     """
     if packed:
-        others = dict.fromkeys(("use_ro", "use_bent", "use_code", "use_light"), False)
-        return {"use_ao": True, **others, "output": "CHANNEL", "channel": preset.packed, "use_dither": True}
+        maps = dict.fromkeys([*(entry.switch for entry in MAPS if entry.switch), "use_light"], False)
+        return {**maps, "use_ao": True, "output": "CHANNEL", "channel": preset.packed, "use_dither": True}
     return {"use_ao": True, "use_gltf": preset.ao is None, **_output(preset.ao), **_bent(preset.bent)}
 
 

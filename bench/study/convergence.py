@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,9 +12,10 @@ import numpy as np
 from ...core.base.arrays import Doubles
 from ...core.rays.map_spec import Sampler
 from ...core.scene.scene import Instance
-from ..truth.point import TEXELS, Point, patch
-from .cases import Case, blockers, camera, cases
-from .naive import one_ray_estimates
+from ...tests.oracles.naive_estimators import one_ray_estimates
+from ...tests.oracles.point import TEXELS, Point
+from ...tests.oracles.shapes import patch
+from ...tests.oracles.wall_and_open import SAMPLERS, Case, blockers, camera, cases
 
 RAYS = [2**k for k in range(13)]
 FIT_FROM = 64  # rays: below, most runs of the sphere have no ray at all inside the lobe of exponent 100
@@ -49,13 +50,11 @@ class Curve:
         return float(self.rmse[np.flatnonzero(self.rays == rays)[0]])
 
 
-def measure(say: Callable[[str], None]) -> list[Curve]:
+def measure() -> list[Curve]:
     """Both points, all cases, both sets."""
     curves = []
     for point in ("wall", "open"):
-        say(f"{point}: random numbers")
         curves += [random_curve(case, RANDOM_RAYS, seed) for seed, case in enumerate(cases(point))]
-        say(f"{point}: the shipped set")
         curves += shipped_curves(cases(point), RAYS, range(SEEDS))
     return curves
 
@@ -91,9 +90,8 @@ def fitted(case: Case, kind: str, rays: Sequence[int], estimates: Sequence[Doubl
     groups = [[np.sqrt(part.mean()) for part in np.array_split(each, GROUPS)] for each in squared]
     slopes = [slope_of(rays, group) for group in np.array(groups).T] if rmse.all() else [np.nan] * GROUPS
     slope = slope_of(rays, rmse) if rmse.all() else np.nan
-    return Curve(
-        case, kind, np.array(rays), runs, rmse, uncertainty, slope, float(np.std(slopes, ddof=1) / GROUPS**0.5)
-    )
+    spread_of_slopes = float(np.std(slopes, ddof=1) / GROUPS**0.5)
+    return Curve(case, kind, np.array(rays), runs, rmse, uncertainty, slope, spread_of_slopes)
 
 
 def slope_of(rays: Sequence[int], rmse: Doubles | Sequence[float]) -> float:
@@ -102,18 +100,22 @@ def slope_of(rays: Sequence[int], rmse: Doubles | Sequence[float]) -> float:
     return float(np.polyfit(np.log(np.asarray(rays)[used]), np.log(np.asarray(rmse)[used]), 1)[0])
 
 
+def curves_of(curves: Iterable[Curve], point: str, exponent: float, tilt: float) -> list[Curve]:
+    """All estimators and both sets of one map at one point."""
+    return [c for c in curves if (c.case.point, c.case.exponent, c.case.tilt) == (point, exponent, tilt)]
+
+
+def curve_of(curves: Iterable[Curve], point: str, exponent: float, tilt: float, name: str, kind: str) -> Curve:
+    """A single one."""
+    return next(c for c in curves_of(curves, point, exponent, tilt) if c.case.name == name and c.set == kind)
+
+
 # study.csv
 
 COLUMNS = (
-    "point", "map", "exponent", "tilt_degrees", "estimator", "set", "rays", "runs", "exact", "sigma_of_one_ray", "rmse",
-    "rmse_standard_error", "slope", "slope_standard_error",
-)  # fmt: skip
-_SAMPLERS = {
-    "uniform sphere": Sampler.UNIFORM_SPHERE,
-    "uniform hemisphere": Sampler.UNIFORM_HEMISPHERE,
-    "cosine": Sampler.LOBE,
-    "lobe": Sampler.LOBE,
-}
+    *("point", "map", "exponent", "tilt_degrees", "estimator", "set", "rays", "runs", "exact", "sigma_of_one_ray"),
+    *("rmse", "rmse_standard_error", "slope", "slope_standard_error"),
+)
 
 
 def write(curves: Iterable[Curve], path: Path) -> None:
@@ -135,12 +137,14 @@ def read(path: Path) -> list[Curve]:
     found: dict[tuple[Case, str], list[dict[str, str]]] = {}
     with path.open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
-            key = (row["point"], float(row["exponent"]), float(row["tilt_degrees"]), _SAMPLERS[row["estimator"]])
-            found.setdefault((Case(*key), row["set"]), []).append(row)
+            sampler = SAMPLERS.get(row["estimator"], Sampler.LOBE)
+            case = Case(row["point"], float(row["exponent"]), float(row["tilt_degrees"]), sampler)
+            found.setdefault((case, row["set"]), []).append(row)
     return [_curve(case, kind, rows) for (case, kind), rows in found.items()]
 
 
 def _curve(case: Case, kind: str, rows: list[dict[str, str]]) -> Curve:
-    numbers = [np.array([float(row[name]) for row in rows]) for name in ("rays", "runs", "rmse", "rmse_standard_error")]
-    slope = [float(rows[0][name] or np.nan) for name in ("slope", "slope_standard_error")]
-    return Curve(case, kind, *numbers, *slope)
+    over_rays = ("rays", "runs", "rmse", "rmse_standard_error")
+    rays, runs, rmse, uncertainty = (np.array([float(row[name]) for row in rows]) for name in over_rays)
+    slope, spread = (float(rows[0][name] or np.nan) for name in ("slope", "slope_standard_error"))
+    return Curve(case, kind, rays, runs, rmse, uncertainty, slope, spread)

@@ -7,7 +7,6 @@ the mean of V L f/p; the share that a bake tells, a ratio of two such means over
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,7 +20,8 @@ from ...core.rays.trace_scene import TraceScene
 from ...core.rays.tracer import TraceOptions, trace
 from ...core.scene.world_mesh import WorldMesh
 from ...core.spherical.environment import Environment, from_function
-from .style import INK, panels, save
+from ...tests.oracles.shapes import patch
+from ..plots import panels, save
 
 RAYS = (4, 16, 64, 256, 1024)
 TRUTH_RAYS = 1 << 14
@@ -44,25 +44,26 @@ class Case:
 def cases() -> list[Case]:
     """A sun by the cosine and a sky by a narrow lobe, each beside a wall and in the open."""
     sun, sky = from_function(_sun, 256), from_function(_sky, 256)
-    return [
-        Case("A small sun, diffuse, beside a wall", sun, None, wall=True),
-        Case("A smooth sky, exponent 200, beside a wall", sky, 200.0, wall=True),
-        Case("A small sun, diffuse, in the open", sun, None, wall=False),
-        Case("A smooth sky, exponent 200, in the open", sky, 200.0, wall=False),
+    lights: list[tuple[str, Environment, float | None]] = [
+        ("A small sun, diffuse", sun, None),
+        ("A smooth sky, exponent 200", sky, 200.0),
     ]
+    places = {"beside a wall": True, "in the open": False}
+    return [Case(f"{each[0]}, {place}", *each[1:], wall) for place, wall in places.items() for each in lights]
 
 
 def errors(case: Case) -> dict[str, list[float]]:
     """RMSE over its mean, by the way rays are drawn and for each of `RAYS`, of the kernel's own sets."""
     scene = _scene(wall=case.wall)
     truth = np.mean([_light(scene, case, 0.5, TRUTH_RAYS, seed) for seed in (101, 102)])
-    return {
-        way: [float(np.sqrt(np.mean((_light(scene, case, share, rays, 7) / truth - 1.0) ** 2))) for rays in RAYS]
-        for way, share in WAYS.items()
-    }
+
+    def rmse(share: float, rays: int) -> float:
+        return float(np.sqrt(np.mean((_light(scene, case, share, rays, 7) / truth - 1.0) ** 2)))
+
+    return {way: [rmse(share, rays) for rays in RAYS] for way, share in WAYS.items()}
 
 
-def draw(folder: Path, say: Callable[[str], None] = print) -> None:
+def draw(folder: Path) -> None:
     """Measure and draw convergence_light.png."""
     title = "Light: rays from both, by the balance heuristic, fail nowhere"
     figure, axes = panels(2, 2, title, 3.1)
@@ -70,10 +71,8 @@ def draw(folder: Path, say: Callable[[str], None] = print) -> None:
         found = errors(case)
         for way, values in found.items():
             axis.loglog(RAYS, values, marker="s", color=COLOURS[way], label=f"{way} rays")
-            say(f"{case.title}; {way}: {', '.join(f'{value:.4f}' for value in values)}")
-        axis.set_title(case.title)
-        axis.set_xlabel("rays a texel", color=INK)
-        axis.set_ylabel("RMSE over the mean", color=INK)
+            print(f"{case.title}; {way}: {', '.join(f'{value:.4f}' for value in values)}")
+        axis.set(title=case.title, xlabel="rays a texel", ylabel="RMSE over the mean")
         axis.legend()
     save(figure, folder / "convergence_light.png")
 
@@ -101,15 +100,12 @@ def _scene(*, wall: bool) -> TraceScene:
 
 def _light(scene: TraceScene, case: Case, share: float, rays: int, seed: int) -> Floats:
     """(H, W): what each texel of a patch tells of the light."""
-    half = 2.0**-11
-    corners = np.array([(-half, -half, 0), (half, -half, 0), (half, half, 0), (-half, half, 0)], dtype=np.float32)
-    triangles = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)
-    square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=np.float32)
-    patch = WorldMesh(corners, triangles, np.ascontiguousarray(square[triangles]))
+    square = patch(2.0**-10)
+    assert square.uv is not None
+    mesh = WorldMesh(square.vertices, square.triangles, square.uv)
     owner = np.tril(np.ones((_TEXELS, _TEXELS), dtype=np.int32))[::-1].copy()
     estimator = replace(light(case.exponent), lobe_share=share)
-    sums = trace(
-        scene, TexelSurface(patch, owner), (estimator,), TraceOptions(rays, seed, light=case.environment), halves=False
-    )
+    options = TraceOptions(rays, seed, light=case.environment)
+    sums = trace(scene, TexelSurface(mesh, owner), (estimator,), options, halves=False)
     told: Floats = sums.all[0] / np.float32(rays)
     return told

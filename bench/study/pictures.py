@@ -2,76 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from matplotlib import pyplot as plt
-from PIL import Image
 
-from ...core.base.arrays import Doubles
-from ...core.rays.map_spec import MapSpec, Sampler, reflection
-from . import style
-from .cases import EXPONENTS, cases
-from .naive import one_ray_estimates
+from ...core.rays.map_spec import reflection, sampled
+from ...tests.oracles.naive_estimators import one_ray_estimates
+from ...tests.oracles.wall_and_open import EXPONENTS, cases
+from ..plots import COLOURS, panels, save
 
 TEXELS = 64  # a side, of the open floor
 SCENE, TEXTURE = "suzanne", 512
 RAYS = (1, 100)
 SIZE = (384, 240)  # of a panel, in pixels
+SAMPLERS = {"uniform sphere": "uniform_sphere", "lobe": "importance"}
 GREYS = 48  # levels of grey kept: noise of 256 would make a large file
+
+
+def draw(folder: Path) -> None:
+    """Both pictures."""
+    draw_open(folder)
+    draw_reflections(folder)
 
 
 def draw_open(folder: Path) -> None:
     """open_one_ray.png: a texture of an open floor by each estimator, one random ray a texel."""
     estimators = [case for case in cases("open") if case.map == "AO"]
-    figure, axes = style.panels(1, 3, "AO in the open, one ray a texel: only the cosine's rays all count the same", 3.9)
+    figure, axes = panels(1, 3, "AO in the open, one ray a texel: only the cosine's rays all count the same", 3.9)
     for axis, case in zip(axes, estimators, strict=True):
         texture = one_ray_estimates(case, TEXELS**2, seed=0).reshape(TEXELS, TEXELS)
         shown = axis.imshow(texture, cmap="gray", vmin=0, vmax=2, interpolation="nearest")
-        axis.set(
-            xticks=[], yticks=[], xlabel=f"mean {texture.mean():.3f}, from {texture.min():.2f} to {texture.max():.2f}"
-        )
-        axis.set_title(f"{case.name}: spread {texture.std():.2f}", color=style.COLOURS[case.name])
+        told = f"mean {texture.mean():.3f}, from {texture.min():.2f} to {texture.max():.2f}"
+        axis.set(xticks=[], yticks=[], xlabel=told)
+        axis.set_title(f"{case.name}: spread {texture.std():.2f}", color=COLOURS[case.name])
         axis.grid(visible=False)
         axis.spines[:].set_visible(False)
     figure.colorbar(shown, ax=axes, shrink=0.8, extend="max", label="value (1 is right)", ticks=[0, 0.5, 1, 1.5, 2])
-    style.save(figure, folder / "open_one_ray.png")
+    save(figure, folder / "open_one_ray.png")
 
 
 def draw_reflections(folder: Path) -> None:
-    """reflections.png: naive above, lobe below, by exponent and number of rays. Needs Blender as a module."""
+    """reflections.png: naive above, lobe below, by exponent and number of rays, pixel for pixel. Needs Blender."""
     from .seen import Views
 
-    views = Views(SCENE, SIZE)
-    rows: dict[Sampler, list[Doubles]] = {Sampler.UNIFORM_SPHERE: [], Sampler.LOBE: []}
-    columns = [(exponent, rays) for exponent in EXPONENTS for rays in RAYS]
-    for exponent, rays in columns:
-        plain = reflection(exponent, from_camera=True)
-        for sampler, row in rows.items():
-            row.append(views.seen(MapSpec(plain.name, exponent, plain.axis, sampler), rays, TEXTURE))
-    heads = [f"exponent {exponent:g}, N = {rays}" for exponent, rays in columns]
-    _compose(list(rows.values()), heads, ("uniform sphere", "lobe"), folder / "reflections.png")
-
-
-def _compose(rows: Sequence[Sequence[Doubles]], heads: Sequence[str], names: Sequence[str], path: Path) -> None:
-    """Pixel for pixel, heads above the columns and names beside the rows."""
+    views, columns = Views(SCENE, SIZE), [(exponent, rays) for exponent in EXPONENTS for rays in RAYS]
     (width, height), gap, left, top = SIZE, 6, 34, 30
-    whole = (left + len(heads) * (width + gap), top + len(rows) * (height + gap))
+    whole = (left + len(columns) * (width + gap), top + len(SAMPLERS) * (height + gap))
     figure = plt.figure(figsize=(whole[0] / 100, whole[1] / 100), dpi=100)
-    for y, row in enumerate(rows):
-        bottom = whole[1] - top - y * (height + gap) - height
-        figure.text(
-            15 / whole[0], (bottom + height / 2) / whole[1], names[y], rotation=90, ha="center", va="center", size=14
-        )
-        for x, picture in enumerate(row):
-            corner = left + x * (width + gap)
+    centred: dict[str, Any] = {"ha": "center", "va": "center", "size": 14}
+    for x, (exponent, rays) in enumerate(columns):
+        corner, head = left + x * (width + gap), f"exponent {exponent:g}, N = {rays}"
+        figure.text((corner + width / 2) / whole[0], 1 - 15 / whole[1], head, **centred)
+        for y, sampler in enumerate(SAMPLERS.values()):
+            picture = views.seen(sampled(reflection(exponent, from_camera=True), sampler), rays, TEXTURE)
+            bottom = whole[1] - top - y * (height + gap) - height
             figure.figimage(picture, corner, bottom, cmap="gray", vmin=0, vmax=1, origin="upper")
-            if y == 0:
-                figure.text(
-                    (corner + width / 2) / whole[0], 1 - 15 / whole[1], heads[x], ha="center", va="center", size=14
-                )
-    buffer = BytesIO()
-    figure.savefig(buffer, format="png", dpi=100)
-    plt.close(figure)
-    style.compact(Image.open(buffer), GREYS, path)
+    for y, name in enumerate(SAMPLERS):
+        middle = whole[1] - top - y * (height + gap) - height / 2
+        figure.text(15 / whole[0], middle / whole[1], name, rotation=90, **centred)
+    save(figure, folder / "reflections.png", colours=GREYS)

@@ -24,11 +24,9 @@ FARTHEST = 2.0  # how much finer than its finest point ours is carried on
 
 
 class Kind(Enum):
-    """Where a time comes from."""
+    """Where a time comes from: between points, the coarsest, which is finer than asked, or beyond the finest."""
 
-    MEASURED = "between measured points"
-    COARSEST = "of the coarsest point, which is finer than asked"
-    CARRIED_ON = "beyond the finest point"
+    MEASURED, COARSEST, CARRIED_ON = range(3)
 
 
 @dataclass(frozen=True)
@@ -90,9 +88,7 @@ def ratio_at(rmse: float, ours: Curve, peer: Curve) -> Ratio | None:
 
 
 def _mark(mine: Kind, other: Kind) -> str:
-    if Kind.CARRIED_ON in (mine, other):
-        return "~"
-    if mine is Kind.COARSEST and other is Kind.COARSEST:
+    if Kind.CARRIED_ON in (mine, other) or mine is other is Kind.COARSEST:
         return "~"
     if mine is Kind.COARSEST:
         return "≥"

@@ -3,51 +3,52 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 from collections.abc import Iterator
 from datetime import date
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from itertools import zip_longest
+from typing import Any
 
 import bpy
 import numpy as np
 
 from ...core.finish.compare import compare
-from ..pages import machine
-from .bakers import OURS, Baker, Shot, bakers, refusal
-from .code import state_of_code
+from ..pages import ROOT, machine
+from ..subject import Subject, prepare
+from .bakers import OURS, Baker, bakers, refusal
+from .record import FOLDER, Point, Record, Run, read
 from .reference import Reference, reference
-from .store import FOLDER, Point, Record, Run, record_of
-from .subject import Subject, prepare
 
 LONG = 60.0  # seconds: a point that takes longer is measured in the first round alone
 MUST_AGREE = ("machine", "blender", "embree", "embreex", "triangles", "texels")
 PATIENCE = 4.0  # points that are expected to take so many times the budget are left out
+_SOURCES = ("core/**/*.py", "core/kernel/src/*", "core/kernel/include/*")
 
 
 def measure(scene: str, size: int, chosen: argparse.Namespace) -> None:
     """Measure what is not there yet of a scene at a size, and keep it."""
-    record = record_of(scene, size, chosen.fresh)
+    record = Record(scene, size)
+    if record.file.exists() and not chosen.fresh:
+        record = read(record.file)
     subject = prepare(scene, size, chosen.models)
     against = reference(subject, chosen.budget, FOLDER / f"{record.name}_reference.npz", chosen.fresh)
-    about = _about(subject, against, chosen)
-    if other := _other(record, about, against):
-        print(f"{record.name}: {other}, so all is measured anew", flush=True)
-        record.points.clear()
-    if record.codes(OURS) - {state_of_code()}:
-        print(f"{record.name}: points of ours are kept from another state of the code; --fresh for new", flush=True)
+    about = _about(subject, against, chosen.quick)
+    _drop_what_differs(record, about, against)
     record.about, record.noise, record.skipped = about, against.noise, {}
-    wanted = [baker for baker in bakers(chosen.quick) if not _refused(baker, subject, record)]
+    wanted = [baker for baker in bakers(chosen.quick) if not _is_refused(baker, subject, record)]
     record.keep()
     for number in range(chosen.rounds):
         for baker, setting in _turns(wanted):
             point = record.point(baker.name, setting)
             if _is_due(point, number) and _is_affordable(baker, setting, record, chosen.budget):
-                _add(point, baker.bake(subject, setting, number), against, record)
+                _bake(baker, subject, point, against, record)
 
 
-def _about(subject: Subject, against: Reference, chosen: argparse.Namespace) -> dict[str, object]:
+def _about(subject: Subject, against: Reference, quick: bool) -> dict[str, Any]:
     return {
-        "quick": chosen.quick,
+        "quick": quick,
         "object": subject.name,
         "texels": int(np.count_nonzero(subject.covered)),
         "of_the_same_triangle": int(np.count_nonzero(subject.same)),
@@ -57,19 +58,8 @@ def _about(subject: Subject, against: Reference, chosen: argparse.Namespace) -> 
         "measured": date.today().isoformat(),
         "blender": bpy.app.version_string,
         "embree": subject.embree,
-        "embreex": _version("embreex"),
-        "open3d": _version("open3d"),
+        **{package: _version(package) for package in ("embreex", "open3d")},
     }
-
-
-def _other(record: Record, about: dict[str, object], against: Reference) -> str:
-    """Why what was measured before cannot stand beside what is measured now; empty where it can."""
-    if not record.points:
-        return ""
-    if record.noise != against.noise:
-        return "its reference is another one"
-    changed = [name for name in MUST_AGREE if record.about.get(name) != about[name]]
-    return f"it was measured with another {changed[0]}" if changed else ""
 
 
 def _version(package: str) -> str:
@@ -79,13 +69,31 @@ def _version(package: str) -> str:
         return "not installed"
 
 
-def _refused(baker: Baker, subject: Subject, record: Record) -> bool:
-    why = refusal(baker, subject)
-    if why is None:
-        return False
-    print(f"SKIPPED {baker.name}: {why}", flush=True)
-    record.skipped[baker.name] = why
-    return True
+def _drop_what_differs(record: Record, about: dict[str, Any], against: Reference) -> None:
+    """Take out what was measured before and cannot stand beside what is measured now."""
+    other = [name for name in MUST_AGREE if record.about.get(name) != about[name]]
+    if record.points and (other or record.noise != against.noise):
+        print(
+            f"{record.name}: it had another {other[0] if other else 'reference'}, so all is measured anew", flush=True
+        )
+        record.points.clear()
+    if record.codes(OURS) - {source_hash()}:
+        print(f"{record.name}: points of ours are kept from another state of the code; --fresh for new", flush=True)
+
+
+@cache
+def source_hash() -> str:
+    """Eight hexadecimal digits that tell states of the core and its kernel apart: runs of many days make a page."""
+    digest = hashlib.blake2b(digest_size=4)
+    for file in sorted(file for pattern in _SOURCES for file in ROOT.glob(pattern)):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _is_refused(baker: Baker, subject: Subject, record: Record) -> bool:
+    if why := refusal(baker, subject):
+        record.skip(baker.name, why)
+    return bool(why)
 
 
 def _turns(wanted: list[Baker]) -> Iterator[tuple[Baker, str]]:
@@ -107,26 +115,18 @@ def _is_affordable(baker: Baker, setting: str, record: Record, budget: float) ->
     expected = finest.seconds * baker.cost(setting) / baker.cost(finest.setting)
     if expected <= PATIENCE * budget or record.point(baker.name, setting).runs:
         return True
-    why = f"it would take some {expected:.0f} s"
-    print(f"SKIPPED {baker.name} {setting}: {why}", flush=True)
-    record.skipped[f"{baker.name}, {setting}"] = why
-    record.keep()
+    record.skip(f"{baker.name}, {setting}", f"it would take some {expected:.0f} s")
     return False
 
 
-def _add(point: Point, shot: Shot, against: Reference, record: Record) -> None:
-    """Compare a bake and keep what it gave."""
-    if not shot.covered.any():
-        record.skipped[f"{point.baker}, {point.setting}"] = "it has no texel of the same triangle"
-        print(f"SKIPPED {point.baker} {point.setting}: it has no texel of the same triangle", flush=True)
+def _bake(baker: Baker, subject: Subject, point: Point, against: Reference, record: Record) -> None:
+    """Another run, compared and kept; its seed is its number."""
+    made = baker.bake(subject, point.setting, len(point.runs))
+    if not made.covered.any():
+        record.skip(f"{point.baker}, {point.setting}", "it has no texel of the same triangle")
         return
-    found = compare(shot.values, against.values, shot.covered)
-    told = (shot.error, shot.p99, shot.rays, state_of_code())
-    run = Run(shot.seconds, found.rmse, found.bias, found.p99, found.texels, *told)
-    point.runs.append(run)
+    found = compare(made.values, against.values, made.covered)
+    told = (made.error, made.p99, made.rays, source_hash())
+    point.runs.append(Run(made.seconds, found.rmse, found.bias, found.p99, found.texels, *told))
     record.keep()
-    print(
-        f"round {len(point.runs)}: {point.baker} {point.setting}: {run.seconds:.2f} s, "
-        f"RMSE {point.corrected(record.noise):.5f}, bias {run.bias:+.5f}",
-        flush=True,
-    )
+    print(f"{point.baker} {point.setting}, {len(point.runs)}: {made.seconds:.2f} s, RMSE {found.rmse:.5f}", flush=True)

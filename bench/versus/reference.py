@@ -10,12 +10,10 @@ import numpy as np
 from ...core.base.arrays import Floats
 from ...core.finish.compare import compare
 from ...core.rays.map_spec import AO, MapSpec
-from ...tests.oracles.settings import flat_settings
-from ..ours import bake_here
-from .subject import Subject
+from ..subject import Subject
 
 RAYS, FEWEST = 4096, 512  # of both halves together
-SEEDS = (1000, 1001)
+SEEDS = (1000, 1001)  # which no baker is given
 PILOT = 16  # rays that tell how long the reference will take
 
 
@@ -30,10 +28,7 @@ class Reference:
 
 
 def reference(subject: Subject, budget: float, file: Path, fresh: bool) -> Reference:
-    """The reference of a subject, from its file where it is there and of the same texels; else traced and kept.
-
-    budget: seconds; the rays are halved until they fit.
-    """
+    """The reference of a subject, from its file where it is there and of the same texels; else traced and kept."""
     if file.exists() and not fresh:
         with np.load(file) as kept:
             if np.array_equal(kept["owner"], subject.owner):
@@ -47,22 +42,16 @@ def reference(subject: Subject, budget: float, file: Path, fresh: bool) -> Refer
 
 
 def trace_reference(subject: Subject, spec: MapSpec, rays: int) -> Reference:
-    """Two plain bakes of half the rays, by seeds that no baker is given."""
-    size = subject.size
-    halves = []
-    for seed in SEEDS:
-        settings = flat_settings((spec,), width=size, height=size, rays=rays // 2, filtered=False, margin=0, seed=seed)
-        halves.append(bake_here([subject.name], settings)[1][0][1].maps[spec.name].values)
+    """Two plain bakes of half the rays."""
+    bakes = [subject.bake(spec, rays=rays // 2, filtered=False, seed=seed).baked for seed in SEEDS]
+    halves = [baked.maps[spec.name].values for baked in bakes]
     apart = compare(halves[0], halves[1], subject.covered).rmse
     return Reference(0.5 * (halves[0] + halves[1]), rays, 0.5 * apart)
 
 
 def rays_within(subject: Subject, budget: float) -> int:
     """How many rays a reference gets: RAYS, halved until tracing them fits the budget (seconds)."""
-    size = subject.size
-    settings = flat_settings(width=size, height=size, rays=PILOT, filtered=False, margin=0)
-    baked = bake_here([subject.name], settings)[1][0][1]
-    each = baked.seconds["trace"] / PILOT
+    each = subject.bake(rays=PILOT, filtered=False).baked.seconds["trace"] / PILOT
     rays = RAYS
     while rays > FEWEST and each * rays > budget:
         rays //= 2

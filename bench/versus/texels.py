@@ -3,61 +3,34 @@
 from __future__ import annotations
 
 import argparse
-import statistics
-import tempfile
-from pathlib import Path
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
-from ...tests.oracles.settings import flat_settings
-from ..ours import bake_here
-from ..pages import machine
-from .store import Rows
-from .subject import Subject, prepare
+from ..pages import filled, machine
+from ..subject import Subject, prepare
+from ..sweep import in_turns, medians
 
 SCENE = "suzanne"
-ERROR = 1.0 / 255.0
 SIZES = (512, 1024, 2048, 4096)
 GOAL = 16.0  # times as long from 512 to 4096 at most; there are 64 times as many texels
 
 
-def measure(chosen: argparse.Namespace, rows: Rows) -> None:
+def measure(chosen: argparse.Namespace) -> dict[str, Any]:
     """Every size, in one process."""
-    rows.add("about", lambda: {"machine": machine()})
-    if any(str(size) not in rows.values for size in SIZES):
-        subject = prepare(SCENE, SIZES[0], chosen.models)
-        for size in SIZES:
-            rows.add(str(size), lambda size=size: _bake(subject, size, chosen.rounds))
+    subject = prepare(SCENE, SIZES[0], chosen.models)
+    runs = in_turns({str(size): partial(_bake, replace(subject, size=size)) for size in SIZES}, chosen.rounds)
+    return {"about": {"machine": machine()}, **{size: medians(each) for size, each in runs.items()}}
 
 
-def page(rows: dict[str, Any]) -> list[str]:
+def page(result: dict[str, Any]) -> list[str]:
     """The section of the page."""
-    lines = [
-        "## Texels",
-        "",
-        f"`{SCENE}`, to an error of 1/255, from the button to the texture. Goal: from {SIZES[0]} to {SIZES[-1]} at "
-        f"most {GOAL:g} times as long, for 64 times the texels.",
-        "",
-        f"| size | s | rays a texel | estimated RMSE | times as long as {SIZES[0]} |",
-        "|---|---|---|---|---|",
-    ]
-    first = rows.get(str(SIZES[0]))
-    for size in SIZES:
-        if row := rows.get(str(size)):
-            ratio = f"{row['seconds'] / first['seconds']:.1f}" if first else "–"
-            lines.append(f"| {size} | {row['seconds']:.2f} | {row['rays']:.1f} | {row['error']:.5f} | {ratio} |")
-    return [*lines, "", f"On {rows['about']['machine']}."]
+    found = [(size, result[str(size)]) for size in SIZES]
+    rows = [{**each, "size": size, "times": each["seconds"] / found[0][1]["seconds"]} for size, each in found]
+    return filled(__file__, scene=SCENE, sizes=SIZES, goal=GOAL, rows=rows, **result["about"])
 
 
-def _bake(subject: Subject, size: int, rounds: int) -> dict[str, float]:
-    settings = flat_settings(width=size, height=size, error=ERROR, margin=0)
-    times = []
-    with tempfile.TemporaryDirectory() as folder:
-        for _ in range(rounds):
-            seconds, results, _ = bake_here([subject.name], settings, Path(folder))
-            times.append(seconds)
-    baked = results[0][1]
-    return {
-        "seconds": statistics.median(times),
-        "rays": baked.rays / baked.texels,
-        "error": baked.maps["ao"].error,
-    }
+def _bake(subject: Subject, _: int) -> dict[str, float]:
+    made = subject.bake(with_files=True, error=1 / 255)
+    baked = made.baked
+    return {"seconds": made.seconds, "rays": baked.rays / baked.texels, "error": baked.maps["ao"].error}

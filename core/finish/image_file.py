@@ -26,8 +26,8 @@ from .baked import Metadata
 class ImageFormat:
     """How one kind of file is written: suffixes (the first is ours), array type by depth, OpenImageIO's settings.
 
-    label, description: for the artist. has_alpha: whether coverage is kept. end: the bytes that a whole file ends with;
-    empty where its last row tells.
+    label, description: for the artist. has_alpha: whether coverage is kept. has_names: whether it holds any number of
+    channels by name. end: the bytes that a whole file ends with; empty where its last row tells.
     """
 
     label: str
@@ -36,6 +36,7 @@ class ImageFormat:
     encodings: Mapping[int, type[np.generic]]
     settings: Mapping[str, str | int]
     has_alpha: bool = False
+    has_names: bool = False
     end: bytes = b""
 
 
@@ -57,6 +58,7 @@ FORMATS = {
         {16: np.float16, 32: np.float32},
         {"compression": "zip"},
         has_alpha=True,
+        has_names=True,
     ),
     "tiff": ImageFormat(
         "TIFF",
@@ -83,11 +85,26 @@ def openimageio() -> ModuleType:
 def check_format(name: str, depth: int) -> None:
     """Refuse, before a bake, a format that could not be written after it.
 
-    name: "png", "exr" or "tiff". depth: bits per channel; 16 is half and 32 is float in EXR, 32 is float in TIFF.
-    Raises InputError for any other pair, and where OpenImageIO cannot be loaded.
+    name: one of FORMATS. depth: bits per channel, one of its encodings. Raises InputError for any other pair, and where
+    OpenImageIO cannot be loaded.
     """
     _encoding(_format(name), f"format {name}", depth)
     openimageio()
+
+
+def holds_floats(name: str, depth: int) -> bool:
+    """Whether a format keeps values above 1 at a depth. Raises InputError as `check_format`."""
+    return not issubclass(_encoding(_format(name), f"format {name}", depth), np.integer)
+
+
+def holds_names(name: str) -> bool:
+    """Whether a format holds any number of channels by name. Raises InputError for an unknown one."""
+    return _format(name).has_names
+
+
+def names_channels(path: Path) -> bool:
+    """The same of a file, by its suffix."""
+    return _format_of(path).has_names
 
 
 def suffix(name: str) -> str:
@@ -105,13 +122,13 @@ def write_image(
     dither: bool = False,
     channels: Sequence[str] = (),
 ) -> None:
-    """Write linear values to a .png, .exr, .tif or .tiff file, which appears whole or not at all.
+    """Write linear values to a file of one of SUFFIXES, which appears whole or not at all.
 
     values: (h, w), (h, w, 3) or (h, w, 4) float32, row 0 at the top, the fourth an alpha that the others are not
     multiplied by; integers are rounded to nearest from [0, 1]. channels: names for the values' channels, of which EXR
     takes any number.
     depth: see `check_format`. coverage: (h, w) bool or float; EXR keeps it as channel A and the values, not multiplied
-    by it, in R, G and B, since engines refuse grey with alpha; PNG and TIFF leave it out.
+    by it, in R, G and B, since engines refuse grey with alpha; others leave it out.
     metadata: what was baked and how; kept as JSON in the image description, from which `read_image` brings it back.
     dither: integers are rounded up or down by chance, in proportion, so that slow gradients show no bands.
     Raises InputError for a suffix, depth, shape or value that cannot be written, and for any failure to write; the file
@@ -121,7 +138,7 @@ def write_image(
     kind = _format_of(path)
     encoding = _encoding(kind, str(path), depth)
     named = len(channels) > 0
-    if named and not kind.has_alpha:
+    if named and not kind.has_names:
         raise InputError(f"{path}: only EXR holds {len(channels)} named channels; end the name in .exr")
     covered = coverage if kind.has_alpha and not named and values.shape[2:] != (4,) else None
     pixels = _encoded(_layers(path, values, covered, channels), encoding, dither)
@@ -141,7 +158,7 @@ def check_channel(path: Path, channel: str, size: tuple[int, int]) -> None:
 
 
 def write_channel(path: Path, values: Floats, channel: str, *, dither: bool = False) -> None:
-    """Put (h, w) linear values into one channel, R, G, B or A, of an image that is there, .png, .exr, .tif or .tiff.
+    """Put (h, w) linear values into one channel, R, G, B or A, of an image that is there.
 
     The other channels keep their bits, and the image its depth and what it says of itself; `dither` as in
     `write_image`. Raises InputError as `check_channel`, and for any failure to write, the file untouched.

@@ -10,7 +10,7 @@ import numpy as np
 from ..base.arrays import Floats
 from ..spherical.directional_format import DirectionalFormat, channel_names, in_fours, ranges, to_images
 from .baked import BakedMap, Metadata
-from .image_file import write_image
+from .image_file import names_channels, write_image
 
 _MOST_CHANNELS = 4  # of a picture
 
@@ -35,13 +35,13 @@ def pictures(name: str, made: BakedMap) -> Iterator[tuple[str, Floats]]:
 def write_code(
     path: Path, made: BakedMap, code: DirectionalFormat, *, tile: str, depth: int, metadata: Metadata
 ) -> list[Path]:
-    """Write a code as one EXR of named channels, or as a set of RGBA pictures, _0 and on; returns the files.
+    """Write a code as one file of named channels, as EXR, or as a set of RGBA pictures, _0 and on; returns the files.
 
     tile: what the name of a tile's file ends in, before which the pictures' numbers stand.
 
     Raises InputError, the old files untouched.
     """
-    if path.suffix == ".exr":
+    if names_channels(path):
         write_image(path, made.values, depth=depth, metadata=metadata, channels=channel_names(code))
         return [path]
     stem, most, files = path.stem.removesuffix(tile), (1 << depth) - 1, []

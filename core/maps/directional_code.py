@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.errors import InputError
 from ..finish.baked import BakedMap, Metadata
+from ..finish.image_file import holds_floats, holds_names
 from ..finish.map_finisher import MapFinisher
 from ..map_tracer import MapTracer
 from ..solve.directional import DirectionalBaker, DirectionalSettings
@@ -55,7 +56,7 @@ class DirectionalMap(Map):
         return finisher.finished(self, values, surface.covered, error, rays)
 
     def check_file(self, format_name: str, depth: int) -> None:
-        if format_name != "exr" and depth == 32:
+        if not holds_names(format_name) and holds_floats(format_name, depth):
             raise InputError(
                 f"{self.name}: pictures of integers have 8 or 16 bits a channel; choose one of them, or EXR"
             )

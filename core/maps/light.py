@@ -9,6 +9,7 @@ import numpy as np
 from ..base.arrays import Floats
 from ..base.errors import InputError
 from ..finish.baked import BakedMap, Metadata
+from ..finish.image_file import holds_floats
 from ..finish.map_finisher import MapFinisher
 from ..rays.map_spec import MapSpec, light
 from ..solve.solver import Solved
@@ -57,7 +58,7 @@ class LightMap(Map):
         return finisher.finished(self, values, solved.covered, solved.error, solved.rays)
 
     def check_file(self, format_name: str, depth: int) -> None:
-        if format_name != "exr" and depth != 32:
+        if not holds_floats(format_name, depth):
             raise InputError(
                 f"light: it may be above 1, which {format_name.upper()} of {depth} bits cuts off; choose EXR"
             )

@@ -64,7 +64,8 @@ class Map(ABC):
         raise NotImplementedError
 
     def make(self, finisher: MapFinisher, tracer: MapTracer) -> BakedMap:
-        """The image, by rays of its own or without any. Raises InputError, Cancelled, MemoryError."""
+        """The image, by rays of its own or without any: then its error is 0, and so are its rays. Raises InputError,
+        Cancelled, MemoryError."""
         raise NotImplementedError
 
     def check_file(self, format_name: str, depth: int) -> None:  # noqa: B027 - most maps fit into any file

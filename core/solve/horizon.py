@@ -16,10 +16,11 @@ from ..scene.scene import Camera
 def cosines_to_reflected(surface: TexelSurface, camera: Camera) -> Doubles:
     """cos α between the shading normal and R = d − 2(d·n)n, d the view of the texel: (H, W) float64.
 
-    camera: in the frame of the surface. Taken at the middle of each texel's footprint; below 0
-    where that faces away from the camera, and 0 where there is no owner.
+    camera: in the frame of the surface. Taken at the middle of each texel's footprint; below 0 where that faces away
+    from the camera, and 0 where there is no owner.
     """
-    positions, normals = (each.astype(np.float64) for each in (surface.positions, surface.normals))
+    passing = surface.part(surface.owner)  # its points are let go again: while rays are traced, memory is at its peak
+    positions, normals = (each.astype(np.float64) for each in (passing.positions, passing.normals))
     view = camera.views(positions)
     length = np.linalg.norm(view, axis=-1)
     along = -np.einsum("ijk,ijk->ij", view, normals)  # R·n = −d·n

@@ -1,4 +1,4 @@
-"""Scenes made by a few numbers, and the command run on them. As fixtures: test modules cannot import one another."""
+"""Blender's state around a test, and the command run on the open scene."""
 
 from __future__ import annotations
 
@@ -11,66 +11,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 SMALL = ("--size", "64", "--margin", "2")
 FEW_RAYS = ("--rays", "4")
-
-
-class Make:
-    """Objects in the open scene."""
-
-    @staticmethod
-    def mesh(
-        name: str, vertices: Sequence[Sequence[float]], faces: Sequence[Sequence[int]], uv: Any = None, **options: Any
-    ) -> Any:
-        """An object of its own mesh. uv: two numbers for each corner of each face, None for no UV map."""
-        import bpy
-
-        mesh = bpy.data.meshes.new(name)
-        mesh.from_pydata(vertices, [], faces)
-        if uv is not None:
-            mesh.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.asarray(uv, np.float32).reshape(-1))
-        mesh.update()
-        obj = bpy.data.objects.new(name, mesh)
-        obj.location = options.get("location", (0.0, 0.0, 0.0))
-        bpy.context.scene.collection.objects.link(obj)
-        return obj
-
-    @staticmethod
-    def plane(name: str = "Plane", uv: Any = ((0, 0), (1, 0), (1, 1), (0, 1)), **options: Any) -> Any:
-        """A square of side 2 that faces up; by default its UVs are the whole square, u along x and v along y."""
-        corners = ((-1.0, -1.0, 0.0), (1.0, -1.0, 0.0), (1.0, 1.0, 0.0), (-1.0, 1.0, 0.0))
-        return Make.mesh(name, corners, ((0, 1, 2, 3),), uv, **options)
-
-    @staticmethod
-    def wall(name: str = "Wall", x: float = 1.0, y: tuple[float, float] = (0.0, 1.0)) -> Any:
-        """A wall that stands at x over a part of the floor's edge, and has no UVs."""
-        corners = ((x, y[0], 0.0), (x, y[1], 0.0), (x, y[1], 2.0), (x, y[0], 2.0))
-        return Make.mesh(name, corners, ((0, 1, 2, 3),))
-
-    @staticmethod
-    def cube(name: str = "Cube", **options: Any) -> Any:
-        """Blender's own, with its UV map."""
-        import bpy
-
-        bpy.ops.mesh.primitive_cube_add(**options)
-        bpy.context.object.name = name
-        return bpy.context.object
-
-    @staticmethod
-    def bare_cube(name: str = "Bare", **options: Any) -> Any:
-        """A cube without a UV map."""
-        obj = Make.cube(name, calc_uvs=False, **options)
-        while obj.data.uv_layers:
-            obj.data.uv_layers.remove(obj.data.uv_layers[0])
-        return obj
-
-
-@pytest.fixture
-def make() -> type[Make]:
-    return Make
 
 
 @pytest.fixture(scope="module")
@@ -82,35 +26,6 @@ def registered() -> Iterator[None]:
     occlusion_bake.register()
     yield
     occlusion_bake.unregister()
-
-
-@pytest.fixture
-def set_panel() -> Callable[..., Any]:
-    """Set what is named in the panel, all else as the test module has it; returns the settings."""
-    import bpy
-
-    def set_values(**values: Any) -> Any:
-        chosen = bpy.context.scene.occlusion_bake
-        for name, value in values.items():
-            setattr(chosen, name, value)
-        return chosen
-
-    return set_values
-
-
-@pytest.fixture
-def press() -> Callable[..., set[str]]:
-    """Bake these objects by the button, the last of them active."""
-    import bpy
-
-    def bake(*names: str) -> set[str]:
-        bpy.ops.object.select_all(action="DESELECT")
-        for name in names:
-            bpy.data.objects[name].select_set(True)
-        bpy.context.view_layer.objects.active = bpy.data.objects[names[-1]]
-        return bpy.ops.occlusion_bake.bake()
-
-    return bake
 
 
 @pytest.fixture

@@ -13,18 +13,16 @@ from occlusion_bake.bench.directional import (
     CODES,
     EDGES,
     EXPONENTS,
-    RAYS_A_SIDE,
-    Seen,
     by_scene,
     by_view,
-    cones,
     errors,
-    frames_about,
     pooled,
     rmse,
     views,
 )
 from occlusion_bake.core.spherical.lobe import open_horizon
+from occlusion_bake.tests.oracles.engine_formulas import cones
+from occlusion_bake.tests.oracles.seen_rays import RAYS_A_SIDE, Seen, frames_about
 
 
 def seen(visible: np.ndarray) -> Seen:

@@ -10,15 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from occlusion_bake.bench.study import cases as study_cases
 from occlusion_bake.bench.study import convergence, light
-from occlusion_bake.bench.study.cases import DISTANCE, EDGE, EXPONENTS, HEIGHT, TILT, Case, cases, lobe_seen
-from occlusion_bake.bench.study.naive import one_ray_estimates
 from occlusion_bake.bench.study.page import page
-from occlusion_bake.bench.truth.formulas import open_horizon
 from occlusion_bake.core.rays.map_spec import Sampler
+from occlusion_bake.tests.oracles.formulas import open_horizon
+from occlusion_bake.tests.oracles.naive_estimators import one_ray_estimates
+from occlusion_bake.tests.oracles.wall_and_open import DISTANCE, EDGE, EXPONENTS, HEIGHT, TILT, Case, cases, lobe_seen
 
-FOLDER = Path(study_cases.__file__).parent
+FOLDER = Path(convergence.__file__).parent
 BOUND = 5.0  # standard errors: exceeded by chance with p = 6e-7
 ALL = [case for point in EDGE for case in cases(point)]
 
@@ -83,8 +82,9 @@ def test_the_table_keeps_the_curves(tmp_path: Path) -> None:
 def test_the_page_says_what_the_table_says() -> None:
     text = (FOLDER / "README.md").read_text(encoding="utf-8")
     assert text == page(convergence.read(FOLDER / "study.csv")), "run `make study`, or its part `page`"
-    named = set(re.findall(r"\((\w+\.(?:png|csv|py))\)", text))
-    assert named >= {"convergence_ao.png", "running_ao.png", "reflections.png", "study.csv", "naive.py"}
+    named = set(re.findall(r"\(([\w./]+\.(?:png|csv|py))\)", text))
+    naive = "../../tests/oracles/naive_estimators.py"
+    assert named >= {"convergence_ao.png", "running_ao.png", "reflections.png", "study.csv", naive}
     assert not [name for name in named if not (FOLDER / name).exists()]
 
 

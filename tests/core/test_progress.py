@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +20,7 @@ from occlusion_bake.core.rays.tracer import TraceOptions, trace
 from occlusion_bake.core.scene.scene import Scene
 from occlusion_bake.core.scene.world_mesh import world_mesh
 from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 
@@ -45,7 +45,7 @@ class Watcher:
 
 
 @pytest.fixture
-def stage(shapes: Any) -> Scene:
+def stage() -> Scene:
     """Two objects far enough apart that each gets its own frame."""
     near, far = (shapes.instance(shapes.sphere(segments=48), shapes.matrix((x, 0, 0)), f"at {x}") for x in (0, 50))
     return Scene([near, far], [near, far])

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from occlusion_bake.bench.truth.properties import moved
-from occlusion_bake.bench.truth.wild import WildBake, WildMap, WildMesh, WildObject
 from occlusion_bake.core.bake import bake
 from occlusion_bake.core.base.errors import InputError
 from occlusion_bake.core.scene.checks import LARGEST, SMALLEST
 from occlusion_bake.core.scene.scene import Instance, Scene
 from occlusion_bake.core.scene.world_mesh import bounds_of, world_mesh
+from occlusion_bake.tests.oracles.properties import moved
+from occlusion_bake.tests.oracles.wild_bakes import WildBake, WildMap, WildMesh, WildObject
 
 TERRAIN = WildBake(
     WildObject(WildMesh("grid", 200, 3, normals="tilted")),

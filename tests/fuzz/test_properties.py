@@ -1,6 +1,6 @@
 """What must hold whatever is baked, with cases drawn by hypothesis: the same few hundred each time.
 
-The long run, with other cases each time, is `python -m occlusion_bake.bench.truth.fuzz`.
+The long run, with other cases each time, is `python -m occlusion_bake.bench.accuracy.fuzz`.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from occlusion_bake.bench.truth.properties import PROPERTIES
+from occlusion_bake.tests.oracles.properties import PROPERTIES
 
 
 @pytest.mark.parametrize("name", PROPERTIES)

@@ -1,4 +1,4 @@
-"""Every hard case of bench/truth/hard comes out as is right; and the judgement itself sees what is wrong."""
+"""Every hard case of tests/oracles/hard comes out as is right; and the judgement itself sees what is wrong."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from occlusion_bake.bench.truth.hard.case import Case, judge, speckles
-from occlusion_bake.bench.truth.hard.catalogue import CASES
 from occlusion_bake.core.scene.scene import Scene
+from occlusion_bake.tests.oracles.hard.case import Case, judge, speckles
+from occlusion_bake.tests.oracles.hard.catalogue import CASES
 
 pytestmark = pytest.mark.usefixtures("unmeasured")
 BY_NAME = {case.name: case for case in CASES}

@@ -21,9 +21,10 @@ from occlusion_bake.core.rays.map_spec import AO, MapSpec, reflection, sampled
 from occlusion_bake.core.rays.occluders import Occluders
 from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.rays.tracer import TraceOptions, trace
-from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.core.scene.scene import Camera, Instance, Scene
 from occlusion_bake.core.scene.world_mesh import world_mesh
 from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 LOBES = (AO, reflection(10), replace(reflection(40, from_camera=True), name="from camera"))
@@ -38,28 +39,6 @@ GRAZING = 2e-3  # share of values that rays along an edge may change
 CAMERA = Camera((3.0, -4.0, 5.0), (0.0, 0.0, -1.0))
 
 
-def ball(radius: float = 0.5, segments: int = 24) -> Mesh:
-    """A smooth sphere about the origin, longitude along u; closed to the last bit."""
-    rings = segments // 2
-    row, column = np.mgrid[: rings + 1, : segments + 1]
-    polar, turn = np.pi * row / rings, 2 * np.pi * (column % segments) / segments
-    unit = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
-    uv = np.stack([column / segments, 1 - row / rings], axis=-1).reshape(-1, 2)
-    at = np.arange(row.size).reshape(row.shape)
-    a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
-    triangles = np.concatenate([np.stack([a, b, c], 1)[:-segments], np.stack([a, c, d], 1)[segments:]])
-    normals = unit.reshape(-1, 3)[triangles].astype(np.float32)
-    vertices = (radius * unit).reshape(-1, 3).astype(np.float32)
-    return Mesh("ball", vertices, triangles.astype(np.int32), uv[triangles].astype(np.float32), normals)
-
-
-def floor() -> Mesh:
-    place = np.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=np.float64)
-    triangles = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)
-    vertices = np.column_stack([8.0 * (place - 0.5), np.full(4, -0.5)])
-    return Mesh("floor", vertices.astype(np.float32), triangles, place[triangles].astype(np.float32))
-
-
 def at(x: float, y: float, z: float, size: float = 1.0) -> np.ndarray:
     """Turned askew, so that nothing lies along an axis."""
     turn = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
@@ -72,7 +51,10 @@ def at(x: float, y: float, z: float, size: float = 1.0) -> np.ndarray:
 def scene(monkeypatch: pytest.MonkeyPatch) -> Scene:
     """Two balls of a shared mesh are targets, four more of it and a mirrored one are instanced, the floor is flat."""
     monkeypatch.setattr(occluders, "COPIED_TRIANGLES", 0)
-    shared, ground = ball(), Instance("floor", floor(), np.eye(4))
+    shared, ground = (
+        shapes.sphere(radius=0.5, segments=24, name="ball"),
+        Instance("floor", shapes.plane(4.0, -0.5, "floor"), np.eye(4)),
+    )
     places = [(0, 0, 0), (0.9, 0.3, 0.1), (-0.8, 0.7, -0.1), (0.1, 0.2, 0.8), (-0.3, -1.0, 0.2)]
     balls = [Instance(f"ball {i}", shared, at(*place)) for i, place in enumerate(places)]
     mirrored = Instance("mirrored", shared, at(0.4, -0.7, 0.6) * [-0.5, 0.7, 0.6, 1.0])

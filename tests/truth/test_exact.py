@@ -7,10 +7,10 @@ from math import radians
 
 import numpy as np
 import pytest
-from occlusion_bake.bench.truth import formulas, whole
-from occlusion_bake.bench.truth.cases import FRAMES, Frame, cases
-from occlusion_bake.bench.truth.exact import CONVERGED, T_BOUND, chosen_answers, read
 from occlusion_bake.core.scene.scene import Mesh
+from occlusion_bake.tests.oracles import formulas, whole_bakes
+from occlusion_bake.tests.oracles.exact_cases import FRAMES, Frame, cases
+from occlusion_bake.tests.oracles.exact_readings import CONVERGED, T_BOUND, chosen_answers, read
 
 pytestmark = pytest.mark.usefixtures("unmeasured")
 PATCH = {"texels": 40, "rays": 64}  # standard errors as of 16² texels of 256 rays, whose tables are four times as large
@@ -80,24 +80,30 @@ def test_the_cases_cover_the_table() -> None:
 )
 @pytest.mark.parametrize(
     "mesh",
-    [whole.room(), whole.room(whole.SPLIT), whole.globe(), whole.wedge(radians(20)), whole.wedge(radians(60))],
+    [
+        whole_bakes.room(),
+        whole_bakes.room(whole_bakes.SPLIT),
+        whole_bakes.globe(),
+        whole_bakes.wedge(radians(20)),
+        whole_bakes.wedge(radians(60)),
+    ],
     ids=["box", "box of needles", "sphere", "wedge of 20", "wedge of 60"],
 )
 def test_nothing_leaves_a_closed_mesh(mesh: Mesh, frame: Frame) -> None:
-    assert whole.astray(mesh, frame, 0.0, size=64, rays=128)[0] == 0
+    assert whole_bakes.astray(mesh, frame, 0.0, size=64, rays=128)[0] == 0
 
 
 @pytest.mark.parametrize("frame", [FRAMES[0], TURNED, FAR], ids=lambda frame: frame.name)
-@pytest.mark.parametrize("lines", [(-1.0, 1.0), whole.SPLIT], ids=["whole", "needles"])
+@pytest.mark.parametrize("lines", [(-1.0, 1.0), whole_bakes.SPLIT], ids=["whole", "needles"])
 def test_a_plane_sees_all_its_sky(lines: tuple[float, ...], frame: Frame) -> None:
-    assert whole.astray(whole.plane(lines), frame, 1.0)[0] == 0
+    assert whole_bakes.astray(whole_bakes.plane(lines), frame, 1.0)[0] == 0
 
 
 def test_a_hole_is_noticed() -> None:
-    room = whole.room()
+    room = whole_bakes.room()
     assert room.uv is not None
     open_room = replace(room, triangles=room.triangles[1:], uv=room.uv[1:])
-    off, _ = whole.astray(open_room, FRAMES[0], 0.0)
+    off, _ = whole_bakes.astray(open_room, FRAMES[0], 0.0)
     assert off > 1000
 
 
@@ -105,8 +111,8 @@ def test_a_hole_is_noticed() -> None:
     "frame", [FRAMES[0], Frame("far, small, turned", scale=1e-2, offset=1e5, turned=True)], ids=str
 )
 def test_a_bowl_has_no_seams(frame: Frame) -> None:
-    found = whole.bowl_texels(frame, 16, 128, range(16), segments=128)
-    assert found["exact"] == formulas.bowl(whole.OPENING)
+    found = whole_bakes.bowl_texels(frame, 16, 128, range(16), segments=128)
+    assert found["exact"] == formulas.bowl(whole_bakes.OPENING)
     assert abs(found["mean"] - found["exact"]) <= T_BOUND * found["error"] + found["slack"]
     assert found["farthest_t"] <= found["t_bound"]
     assert np.isfinite(found["texel_error"]) and found["texel_error"] > 0

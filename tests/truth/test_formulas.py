@@ -8,8 +8,8 @@ from math import acos, asin, atan, cos, inf, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from occlusion_bake.bench.truth import formulas
-from occlusion_bake.bench.truth.formulas import open_horizon
+from occlusion_bake.tests.oracles import formulas
+from occlusion_bake.tests.oracles.formulas import open_horizon
 
 Directions = np.ndarray  # (3, N): x, y, z
 Blocked = Callable[[Directions], np.ndarray]
@@ -159,6 +159,9 @@ def test_the_formulas_agree_where_they_meet() -> None:
     assert_allclose(formulas.leaning_wall(1, 1, 1.5, 0), formulas.long_wall(1, 1.5), atol=1e-12)
     assert_allclose(formulas.leaning_trench(1, 0.5, 1, 1.5, 0), formulas.trench(0.5, 1, 1.5), atol=1e-12)
     assert_allclose(formulas.cylinder_floor(0.6, 1), 0.36 / 1.36, atol=1e-12)
+    assert_allclose(formulas.cap_off_axis(1, asin(0.4), 0.6), 1 - 0.4**2 * cos(0.6), atol=1e-12)  # above the horizon
+    assert_allclose(formulas.cap_off_axis(10, asin(0.4), 1e-4), (1 - 0.4**2) ** 5.5, atol=1e-6)  # overhead
+    assert_allclose(formulas.sphere_cut(0.5, 2, acos(0.25)), 1 - 0.25**2 * 0.25, atol=1e-12)  # just touched by it
 
 
 @pytest.mark.parametrize("degrees", [0, 10, 45, 80, 90, 135, 180])
@@ -171,5 +174,16 @@ def test_the_horizon_has_its_closed_forms(degrees: int) -> None:
         assert_allclose(formulas.horizon(exponent, a), open_horizon(exponent, a), atol=1e-9)
 
 
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 45.0, 80.0, 90.0, 170.0])
+def test_the_open_horizon_has_its_closed_forms(degrees: float) -> None:
+    """By quadrature."""
+    angle = radians(degrees)
+    assert_allclose(open_horizon(0, angle), 1 - angle / pi, atol=1e-9)
+    assert_allclose(open_horizon(1, angle), (1 + cos(angle)) / 2, atol=1e-9)
+    assert_allclose(open_horizon(2, angle), 1 - (angle - sin(angle) * cos(angle)) / pi, atol=1e-9)
+    assert_allclose(open_horizon(64, angle) + open_horizon(64, pi - angle), 1.0, atol=1e-9)
+
+
 def test_a_narrow_leaning_lobe_is_not_1_in_the_open() -> None:
-    assert_allclose(formulas.horizon(64, radians(85)), 0.758, atol=5e-4)
+    for way in (formulas.horizon, open_horizon):
+        assert_allclose(way(64, radians(85)), 0.758, atol=5e-4)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from occlusion_bake.bench.truth.formulas import open_horizon
-from occlusion_bake.bench.truth.reference import (
+from occlusion_bake.core.spherical import lobe as lobe_module
+from occlusion_bake.tests.oracles.formulas import open_horizon
+from occlusion_bake.tests.oracles.reference_lobes import (
     above_horizon,
     cosine_above_horizon,
     lambert_brdf,
@@ -17,7 +18,6 @@ from occlusion_bake.bench.truth.reference import (
     over_lobe,
     phong_brdf,
 )
-from occlusion_bake.core.spherical import lobe as lobe_module
 
 EXPONENTS = (0.0, 0.5, 1.0, 2.0, 10.0, 64.0, 100.0, 1e3, 1e4, 1e6)
 DEGREES = (0.0, 1.0, 20.0, 45.0, 60.0, 80.0, 85.0, 89.9, 90.0)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
-from occlusion_bake.bench.truth import opinion
-from occlusion_bake.bench.truth.opinion import Agreement, Estimate, Texels, Tracer, ask
 from occlusion_bake.core.rays import occluders
 from occlusion_bake.core.rays.map_spec import AO, MapSpec, reflection
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
 from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles import second_opinion
+from occlusion_bake.tests.oracles.second_opinion import Agreement, Estimate, Texels, Tracer, ask
 
 # By chance exceeded with p = 1e-5: Student's t of 16 seeds, and a mean of squares over some 200 texels, which leans.
 BIAS_BOUND, EXCESS_BOUND = 6.5, 6.0
@@ -115,12 +115,12 @@ def test_instances_of_one_tree(valley: Scene, monkeypatch: pytest.MonkeyPatch) -
 
 def test_a_slightly_other_lobe_is_noticed(valley: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """The bounds mean something: a tenth more in the exponent breaks them."""
-    original, other = opinion.estimate, MapSpec("other", 1.1)
+    original, other = second_opinion.estimate, MapSpec("other", 1.1)
 
     def estimate(tracer: Tracer, texels: Texels, _: MapSpec, rng: np.random.Generator, **how: Any) -> Estimate:
         return original(tracer, texels, other, rng, **how)
 
-    monkeypatch.setattr(opinion, "estimate", estimate)
+    monkeypatch.setattr(second_opinion, "estimate", estimate)
     (answer,) = answers(valley, valley.targets[0], [AO])
     assert abs(answer.sigmas[0]) > BIAS_BOUND
 

@@ -13,10 +13,11 @@ from math import cos, radians, sin
 
 import numpy as np
 import pytest
-from occlusion_bake.bench.truth.point import Point, patch
-from occlusion_bake.bench.truth.reference import lobe_beyond, sphere_beyond
 from occlusion_bake.core.rays.map_spec import AO, MapSpec, reflection, sampled
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh
+from occlusion_bake.tests.oracles.point import Point
+from occlusion_bake.tests.oracles.reference_lobes import lobe_beyond, sphere_beyond
+from occlusion_bake.tests.oracles.shapes import patch
 
 RINGS, SECTORS, SEGMENTS = 5, 6, 24  # segments of a sector: a ring's rim is a polygon, off its circle by 1e-4 of a cell
 TEXELS = 256

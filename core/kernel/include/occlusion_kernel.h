@@ -20,7 +20,10 @@
 #endif
 
 #ifdef __cplusplus
+#define OB_CONSTANT constexpr
 extern "C" {
+#else
+#define OB_CONSTANT inline
 #endif
 
 enum { OB_ABI_VERSION = 9 };
@@ -46,12 +49,27 @@ enum ob_axis {
   OB_AXIS_REFLECTED = 1 /* on the viewing direction mirrored by the shading normal */
 };
 
-/* What is summed up of the rays of a map, and in how many images. */
+/* What is summed up of the rays of a map. */
 enum ob_accumulator {
-  OB_ACCUMULATOR_VISIBILITY = 0, /* 1: V */
-  OB_ACCUMULATOR_BENT = 1,       /* 4: V, and V times the three parts of the ray's direction */
-  OB_ACCUMULATOR_LIGHT = 2 /* 6: V times the light's red, green and blue, and these without V; OB_SAMPLE_LOBE only */
+  OB_ACCUMULATOR_VISIBILITY = 0, /* V */
+  OB_ACCUMULATOR_BENT = 1,       /* V, and V times the three parts of the ray's direction */
+  OB_ACCUMULATOR_LIGHT = 2,      /* V times the light's red, green and blue, and these without V; OB_SAMPLE_LOBE only */
+  OB_ACCUMULATORS                /* how many there are */
 };
+
+/* How many images its sums take; 0: there is no such accumulator. */
+static OB_CONSTANT int32_t ob_images_of(int32_t accumulator) {
+  switch (accumulator) {
+  case OB_ACCUMULATOR_VISIBILITY:
+    return 1;
+  case OB_ACCUMULATOR_BENT:
+    return 4;
+  case OB_ACCUMULATOR_LIGHT:
+    return 6;
+  default:
+    return 0;
+  }
+}
 
 /* How much an occluder blocks at a share s of the distance. */
 enum ob_falloff {

@@ -67,7 +67,17 @@ struct LightSampling {
   float cosine; // down to this cosine
 };
 
-constexpr int kMostImages = 6; // images that a map's sums take
+// Images that a map's sums take, at most.
+namespace {
+constexpr int most_images() {
+  int most = 0;
+  for (int32_t accumulator = 0; accumulator < OB_ACCUMULATORS; ++accumulator) {
+    most = ob_images_of(accumulator) > most ? ob_images_of(accumulator) : most;
+  }
+  return most;
+}
+} // namespace
+constexpr int kMostImages = most_images();
 
 // Rays of one group of texels for one map, and what they are traced through.
 struct RayBatch {
@@ -93,13 +103,6 @@ struct RayBatch {
 struct RayBatchSums {
   Lanes all[kMostImages], first_half[kMostImages];
 };
-
-// How many images the sums of a map take.
-namespace {
-constexpr int images_of(int32_t accumulator) {
-  return accumulator == OB_ACCUMULATOR_BENT ? 4 : (accumulator == OB_ACCUMULATOR_LIGHT ? 6 : 1);
-}
-} // namespace
 
 // Points of a surface near one another, from a 4 x 4 block of texels. Lanes that are not active hold an active one's
 // position and normal.

@@ -297,10 +297,10 @@ Lanes3 light_along(const LightSampling &sampling, const Lanes3 &direction, Lanes
 }
 
 // What a ray adds to each image, given V times its weight.
-template <int Images>
+template <int32_t Accumulator>
 void contribute(const RayBatch &batch, const Lanes3 &direction, Lanes visible, LaneMask wanted, Lanes cosine,
-                Lanes (&contribution)[Images]) {
-  if constexpr (Images == images_of(OB_ACCUMULATOR_LIGHT)) {
+                Lanes (&contribution)[ob_images_of(Accumulator)]) {
+  if constexpr (Accumulator == OB_ACCUMULATOR_LIGHT) {
     const Lanes3 light = light_along(batch.light_sampling, direction, cosine);
     const Lanes parts[3] = {light.x, light.y, light.z};
     for (int part = 0; part < 3; ++part) {
@@ -310,21 +310,22 @@ void contribute(const RayBatch &batch, const Lanes3 &direction, Lanes visible, L
     return;
   }
   contribution[0] = visible;
-  if constexpr (Images == images_of(OB_ACCUMULATOR_BENT)) {
+  if constexpr (Accumulator == OB_ACCUMULATOR_BENT) {
     contribution[1] = visible * direction.x;
     contribution[2] = visible * direction.y;
     contribution[3] = visible * direction.z;
   }
 }
 
-template <int W, int Images>
+template <int W, int32_t Accumulator>
 void trace_images(const RayBatch &batch, const TexelGroup &group, const Frames &frames, const LaneMask &active,
                   RayBatchSums &sums, int64_t &embree_cycles) {
+  constexpr int kImages = ob_images_of(Accumulator);
   Rays<W> rays[kLanes / W];
   prepare<W>(batch.nearest, rays);
   const int flags = batch.incoherent ? RTC_RAY_QUERY_FLAG_INCOHERENT : RTC_RAY_QUERY_FLAG_COHERENT;
-  Lanes total[Images] = {};
-  Lanes first_half[Images] = {};
+  Lanes total[kImages] = {};
+  Lanes first_half[kImages] = {};
   alignas(64) int32_t valid[kLanes];
   for (int32_t k = 0; k < batch.rays; ++k) {
     const Lanes3 direction = make_rays<W>(batch, group, frames, k, rays);
@@ -341,16 +342,16 @@ void trace_images(const RayBatch &batch, const TexelGroup &group, const Frames &
     if (batch.visibility != nullptr) {
       __builtin_memcpy(batch.visibility + static_cast<int64_t>(k) * kLanes, &visible, sizeof(visible));
     }
-    Lanes contribution[Images];
-    contribute<Images>(batch, direction, visible, wanted, dot(direction, frames.axis[batch.footprint_points[k]]),
-                       contribution);
+    Lanes contribution[kImages];
+    contribute<Accumulator>(batch, direction, visible, wanted, dot(direction, frames.axis[batch.footprint_points[k]]),
+                            contribution);
     const LaneMask first = to_lanes(batch.first_half[k]);
-    for (int image = 0; image < Images; ++image) {
+    for (int image = 0; image < kImages; ++image) {
       total[image] += contribution[image];
       first_half[image] += first ? contribution[image] : Lanes{};
     }
   }
-  for (int image = 0; image < Images; ++image) {
+  for (int image = 0; image < kImages; ++image) {
     sums.all[image] = total[image];
     sums.first_half[image] = first_half[image];
   }
@@ -361,11 +362,11 @@ void trace(const RayBatch &batch, const TexelGroup &group, const Frames &frames,
            RayBatchSums &sums, int64_t &embree_cycles) {
   switch (batch.accumulator) {
   case OB_ACCUMULATOR_BENT:
-    return trace_images<W, images_of(OB_ACCUMULATOR_BENT)>(batch, group, frames, active, sums, embree_cycles);
+    return trace_images<W, OB_ACCUMULATOR_BENT>(batch, group, frames, active, sums, embree_cycles);
   case OB_ACCUMULATOR_LIGHT:
-    return trace_images<W, images_of(OB_ACCUMULATOR_LIGHT)>(batch, group, frames, active, sums, embree_cycles);
+    return trace_images<W, OB_ACCUMULATOR_LIGHT>(batch, group, frames, active, sums, embree_cycles);
   default:
-    return trace_images<W, images_of(OB_ACCUMULATOR_VISIBILITY)>(batch, group, frames, active, sums, embree_cycles);
+    return trace_images<W, OB_ACCUMULATOR_VISIBILITY>(batch, group, frames, active, sums, embree_cycles);
   }
 }
 

@@ -63,7 +63,7 @@ struct TraceJob {
 // Where the images of a map begin.
 int32_t first_image(const ob_map *maps, int32_t map) {
   return std::accumulate(maps, maps + map, 0,
-                         [](int32_t sum, const ob_map &each) { return sum + images_of(each.accumulator); });
+                         [](int32_t sum, const ob_map &each) { return sum + ob_images_of(each.accumulator); });
 }
 
 LightSampling light_sampling_of(const ob_map &map, const ob_light *light) {
@@ -213,7 +213,7 @@ private:
       const int64_t slot = job_.selection.at(tile, group, lane).slot;
       // A texel with its back to the viewer in one chunk has no value; of several images the first one says so.
       const bool valued = traced[lane] != 0 && job_.sums[first][slot] >= 0.0F;
-      for (int image = 0; image < images_of(job_.maps[map].accumulator); ++image) {
+      for (int image = 0; image < ob_images_of(job_.maps[map].accumulator); ++image) {
         add(job_.sums[first + image][slot], valued, sums.all[image][lane]);
         if (job_.halves != nullptr && job_.halves[first + image] != nullptr) {
           add(job_.halves[first + image][slot], valued, sums.first_half[image][lane]);
@@ -363,15 +363,15 @@ const char *validation_error(const ob_map *maps, int32_t map_count, float *const
   }
   for (int32_t i = 0; i < map_count; ++i) {
     const ob_map &map = maps[i];
-    if (map.accumulator < OB_ACCUMULATOR_VISIBILITY || map.accumulator > OB_ACCUMULATOR_LIGHT ||
-        !within_unit(map.lobe_share) || !within_unit(map.cosine) || !(share_of_lobe(map) > 0.0)) {
+    if (ob_images_of(map.accumulator) == 0 || !within_unit(map.lobe_share) || !within_unit(map.cosine) ||
+        !(share_of_lobe(map) > 0.0)) {
       return "a map with an unknown accumulator, or a narrowest cosine or share of the lobe that is not within 0 and 1";
     }
     if (map.accumulator == OB_ACCUMULATOR_LIGHT && map.sampler != OB_SAMPLE_LOBE) {
       return "a map of light draws rays from its lobe and the light";
     }
     const int32_t first = first_image(maps, i);
-    if (std::any_of(sums + first, sums + first + images_of(map.accumulator),
+    if (std::any_of(sums + first, sums + first + ob_images_of(map.accumulator),
                     [](const float *image) { return image == nullptr; })) {
       return "a map without a place for its sums";
     }

@@ -163,7 +163,7 @@ static ob_map any_map(Draw &draw) {
   const double exponent = draw.good_or_bad({0.0, 1.0, 1e6, 1e300}, {-1e-9, -1.0, double{kNan}, double{kInfinity}});
   const double cosine = draw.good_or_bad({0.0, 0.5, 1e-300}, {-0.1, 1.0, 1.5, double{kNan}});
   const double share = draw.good_or_bad({0.0, 0.5, 1.0}, {-0.1, 1.1, double{kNan}});
-  const auto accumulator = draw.good_or_bad<int32_t>({OB_ACCUMULATOR_VISIBILITY}, {-1, 3, INT32_MIN});
+  const auto accumulator = draw.good_or_bad<int32_t>({OB_ACCUMULATOR_VISIBILITY}, {-1, OB_ACCUMULATORS, INT32_MIN});
   return {sampler, axis, exponent, cosine, share, accumulator};
 }
 

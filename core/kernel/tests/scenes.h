@@ -172,7 +172,7 @@ inline Sums trace(const Scene &scene, const Target &target, const ob_trace_setti
                   const std::vector<ob_map> &maps, ob_control *control = nullptr) {
   size_t images = 0;
   for (const ob_map &map : maps) {
-    images += map.accumulator == OB_ACCUMULATOR_LIGHT ? 6U : (map.accumulator == OB_ACCUMULATOR_BENT ? 4U : 1U);
+    images += static_cast<size_t>(ob_images_of(map.accumulator));
   }
   Sums sums{OB_OK, {images, std::vector<float>(target.owner.size(), 77.0F)}, {}};
   sums.halves = sums.all;

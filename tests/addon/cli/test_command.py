@@ -20,16 +20,17 @@ from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.base.version import version  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.finish.report import write_report  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
 STAGES = ("extract", "charts", "build", "trace", "solve", "write")
 
 
-def floor_and_wall(make: Any) -> None:
+def floor_and_wall() -> None:
     """Asymmetrical in both axes: darkest at the right edge, in the upper half of the texture."""
-    make.plane("Floor")
-    make.wall()
+    blender.plane("Floor")
+    blender.wall()
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -39,8 +40,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 # What is written
 
 
-def test_the_report_has_what_is_promised(bake: Any, make: Any) -> None:
-    floor_and_wall(make)
+def test_the_report_has_what_is_promised(bake: Any) -> None:
+    floor_and_wall()
     run = bake("--objects", "Floor", "--maps", "ao", "ro", "--coverage", "//out/coverage.png", "--threads", "2")
     assert (run.status, run.err) == (0, "")
     report = run.report
@@ -58,10 +59,10 @@ def test_the_report_has_what_is_promised(bake: Any, make: Any) -> None:
     assert all(Path(path).is_absolute() and Path(path).is_file() for path in floor["files"].values())
 
 
-def test_times_add_up(bake: Any, make: Any) -> None:
-    make.plane("One")
-    make.plane("Two", location=(0, 0, 1))
-    make.bare_cube("Three", location=(9, 0, 0))
+def test_times_add_up(bake: Any) -> None:
+    blender.plane("One")
+    blender.plane("Two", location=(0, 0, 1))
+    blender.bare_cube("Three", location=(9, 0, 0))
     report = bake().report
     totals = 0.0
     for entry in report["objects"]:
@@ -78,8 +79,8 @@ def test_times_add_up(bake: Any, make: Any) -> None:
     assert report["seconds"]["total"] >= totals + sum(shared.values()) - 1e-9
 
 
-def test_a_comparison_is_in_the_report_and_not_in_the_time(bake: Any, make: Any) -> None:
-    floor_and_wall(make)
+def test_a_comparison_is_in_the_report_and_not_in_the_time(bake: Any) -> None:
+    floor_and_wall()
     run = bake("--objects", "Floor", "--compare-cycles", "16", "--rays", "64", "--distance", "1.5")
     assert run.status == 0, run.err
     report = run.report
@@ -93,9 +94,9 @@ def test_a_comparison_is_in_the_report_and_not_in_the_time(bake: Any, make: Any)
     assert floor["seconds"]["total"] <= report["seconds"]["total"]
 
 
-def test_one_that_cycles_would_not_bake_does_not_stop_the_others(bake: Any, make: Any) -> None:
-    make.plane("Speck", uv=((0.01, 0.01), (0.012, 0.01), (0.012, 0.012), (0.01, 0.012)))
-    make.plane("Floor", location=(0, 0, 1))
+def test_one_that_cycles_would_not_bake_does_not_stop_the_others(bake: Any) -> None:
+    blender.plane("Speck", uv=((0.01, 0.01), (0.012, 0.01), (0.012, 0.012), (0.01, 0.012)))
+    blender.plane("Floor", location=(0, 0, 1))
     run = bake("--objects", "Speck", "Floor", "--compare-cycles", "1")
     assert run.status == 2 and run.complaint.startswith("1 of 2 objects not compared; Speck: ")
     assert {"Speck_ao.png", "Floor_ao.png"} <= set(run.files)
@@ -103,8 +104,8 @@ def test_one_that_cycles_would_not_bake_does_not_stop_the_others(bake: Any, make
     assert "cycles" not in speck and floor["cycles"]["samples"] == 1
 
 
-def test_the_image_says_what_was_baked(bake: Any, make: Any) -> None:
-    floor_and_wall(make)
+def test_the_image_says_what_was_baked(bake: Any) -> None:
+    floor_and_wall()
     bpy.ops.object.camera_add(location=(0, 0, 5))
     bpy.context.scene.camera = bpy.context.object
     words = ("--maps", "ao", "ro", "--ro-exponent", "2.5", "--ro-direction", "camera", "--distance", "3", "--seed", "7")
@@ -137,10 +138,8 @@ def test_the_image_says_what_was_baked(bake: Any, make: Any) -> None:
     ],
     ids=lambda each: " ".join(each) if isinstance(each, tuple) else None,
 )
-def test_a_bake_gets_to_the_error_asked_for(
-    bake: Any, make: Any, words: tuple[str, ...], error: float, filtered: bool
-) -> None:
-    floor_and_wall(make)
+def test_a_bake_gets_to_the_error_asked_for(bake: Any, words: tuple[str, ...], error: float, filtered: bool) -> None:
+    floor_and_wall()
     run = bake("--objects", "Floor", *words, effort=())
     assert (run.status, run.err) == (0, "")
     report, (floor,) = run.report, run.report["objects"]
@@ -153,15 +152,15 @@ def test_a_bake_gets_to_the_error_asked_for(
     assert said["rays_per_texel"] == pytest.approx(floor["rays"] / floor["texels"], abs=0.06)
 
 
-def test_rays_are_plain_unless_the_filter_is_asked_for(bake: Any, make: Any) -> None:
-    floor_and_wall(make)
+def test_rays_are_plain_unless_the_filter_is_asked_for(bake: Any) -> None:
+    floor_and_wall()
     plain, smooth = (bake("--objects", "Floor", *words).report for words in ((), ("--filter",)))
     assert (plain["filtered"], smooth["filtered"]) == (False, True)
     assert smooth["objects"][0]["error"]["ao"] < plain["objects"][0]["error"]["ao"] / 2
 
 
-def test_a_naive_sampler_gets_plain_rays_unless_told_otherwise(bake: Any, make: Any) -> None:
-    floor_and_wall(make)
+def test_a_naive_sampler_gets_plain_rays_unless_told_otherwise(bake: Any) -> None:
+    floor_and_wall()
     naive = ("--objects", "Floor", "--sampler", "uniform_sphere")
     for words, rays, error in (((), 64, None), (("--error", "1/20"), None, 1 / 20)):
         report = bake(*naive, *words, effort=()).report
@@ -169,8 +168,8 @@ def test_a_naive_sampler_gets_plain_rays_unless_told_otherwise(bake: Any, make: 
         assert report["filtered"] == (error is not None)
 
 
-def test_the_errors_are_said(bake: Any, make: Any) -> None:
-    floor_and_wall(make)
+def test_the_errors_are_said(bake: Any) -> None:
+    floor_and_wall()
     run = bake("--objects", "Floor", "--maps", "ao", "ro", effort=("--quality", "draft"))
     (line,) = (each for each in run.out.splitlines() if each.startswith("Floor: 64x64"))
     (floor,) = run.report["objects"]
@@ -193,8 +192,8 @@ def test_the_errors_are_said(bake: Any, make: Any) -> None:
     ],
     ids=" ".join,
 )
-def test_errors_that_are_refused(bake: Any, make: Any, words: tuple[str, ...], named: str) -> None:
-    make.plane("Floor")
+def test_errors_that_are_refused(bake: Any, words: tuple[str, ...], named: str) -> None:
+    blender.plane("Floor")
     bake(*words, effort=()).refused(named)
 
 
@@ -204,8 +203,8 @@ def test_errors_that_are_refused(bake: Any, make: Any, words: tuple[str, ...], n
 @pytest.mark.parametrize(
     ("kind", "depth", "suffix"), [("png", 8, "png"), ("png", 16, "png"), ("exr", 32, "exr"), ("tiff", 32, "tif")]
 )
-def test_formats_hold_the_same_picture(bake: Any, make: Any, kind: str, depth: int, suffix: str) -> None:
-    floor_and_wall(make)
+def test_formats_hold_the_same_picture(bake: Any, kind: str, depth: int, suffix: str) -> None:
+    floor_and_wall()
     run = bake("--objects", "Floor", "--format", kind, "--depth", str(depth))
     values = read_image(run.folder / f"Floor_ao.{suffix}")[0]
     grey = values if values.ndim == 2 else values[..., 0]
@@ -216,8 +215,8 @@ def test_formats_hold_the_same_picture(bake: Any, make: Any, kind: str, depth: i
     assert grey.mean() == pytest.approx(run.report["objects"][0]["mean"]["ao"], abs=0.6 / (2 ** min(depth, 16) - 1))
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_does_not(bake: Any, make: Any) -> None:
-    floor_and_wall(make)
+def test_the_same_seed_gives_the_same_bytes_and_another_does_not(bake: Any) -> None:
+    floor_and_wall()
     pictures = []
     for words in (("--seed", "1"), ("--seed", "1", "--threads", "1"), ("--seed", "2")):
         run = bake("--objects", "Floor", *words, "--format", "exr", "--depth", "32")
@@ -226,15 +225,15 @@ def test_the_same_seed_gives_the_same_bytes_and_another_does_not(bake: Any, make
     assert not np.array_equal(pictures[0], pictures[2])
 
 
-def test_size_in_both_directions(bake: Any, make: Any) -> None:
-    make.plane()
+def test_size_in_both_directions(bake: Any) -> None:
+    blender.plane()
     run = bake("--size", "48x16")
     assert run.report["objects"][0]["size"] == [48, 16]
     assert read_image(run.folder / "Plane_ao.png")[0].shape[:2] == (16, 48)
 
 
-def test_coverage_is_in_the_exr_and_in_the_file_asked_for(bake: Any, make: Any) -> None:
-    make.plane("Half", uv=((0, 0), (0.5, 0), (0.5, 1), (0, 1)))
+def test_coverage_is_in_the_exr_and_in_the_file_asked_for(bake: Any) -> None:
+    blender.plane("Half", uv=((0, 0), (0.5, 0), (0.5, 1), (0, 1)))
     run = bake("--margin", "4", "--format", "exr", "--depth", "32", "--coverage", "//out/coverage.png")
     values, alpha = (read_image(run.folder / "Half_ao.exr")[0][..., channel] for channel in (0, 3))
     assert (values == 1.0).all()  # an open plane, its margin, and their mean beyond
@@ -242,10 +241,10 @@ def test_coverage_is_in_the_exr_and_in_the_file_asked_for(bake: Any, make: Any) 
     np.testing.assert_array_equal(read_image(run.folder / "coverage.png")[0][..., 0], alpha)
 
 
-def test_names_that_clash_or_lead_elsewhere(bake: Any, make: Any) -> None:
+def test_names_that_clash_or_lead_elsewhere(bake: Any) -> None:
     names = ["a/b", "a:b", "A|B", "../x", "..", "größe 茶", "x" * 60]
     for place, name in enumerate(names):
-        make.plane(name, location=(0, 0, place))
+        blender.plane(name, location=(0, 0, place))
     run = bake("--coverage", "//out/cover.png")
     assert run.status == 0, run.err
     entries = run.report["objects"]
@@ -257,15 +256,15 @@ def test_names_that_clash_or_lead_elsewhere(bake: Any, make: Any) -> None:
     assert sorted(run.files) == sorted(["report.json", *(path.name for path in files)])
 
 
-def test_a_long_name_is_cut_to_what_file_systems_take(bake: Any, make: Any) -> None:
+def test_a_long_name_is_cut_to_what_file_systems_take(bake: Any) -> None:
     for _ in range(2):
-        make.plane("茶" * 80)  # Blender cuts it too, later releases less
+        blender.plane("茶" * 80)  # Blender cuts it too, later releases less
     run = bake()
     assert run.status == 0 and len(run.files) == 3
 
 
-def test_two_slashes_are_the_scenes_folder(bake: Any, make: Any, tmp_path: Path) -> None:
-    make.plane()
+def test_two_slashes_are_the_scenes_folder(bake: Any, tmp_path: Path) -> None:
+    blender.plane()
     run = bake("--output", "//baked", "--report", "//baked/r.json", "--coverage", "//c.png")
     assert run.status == 0, run.err
     assert {"Plane_ao.png", "r.json"} == {path.name for path in (tmp_path / "baked").iterdir()}
@@ -273,10 +272,8 @@ def test_two_slashes_are_the_scenes_folder(bake: Any, make: Any, tmp_path: Path)
 
 
 @pytest.mark.parametrize("option", ["--output", "--report", "--coverage"])
-def test_two_slashes_without_a_saved_file(
-    make: Any, option: str, capfd: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
-    make.plane()
+def test_two_slashes_without_a_saved_file(option: str, capfd: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    blender.plane()
     last = (option, "//x.png")
     assert blender_command(["--size", "8", "--rays", "1", "--output", str(tmp_path / "out"), *last]) == 2
     error = capfd.readouterr().err
@@ -284,8 +281,8 @@ def test_two_slashes_without_a_saved_file(
     assert not Path("//x.png").exists() and not (tmp_path / "out").exists()
 
 
-def test_inside_blender_the_open_file_is_baked(make: Any, tmp_path: Path) -> None:
-    make.plane()
+def test_inside_blender_the_open_file_is_baked(tmp_path: Path) -> None:
+    blender.plane()
     assert blender_command(["--size", "16", "--rays", "1", "--output", str(tmp_path)]) == 0
     assert (tmp_path / "Plane_ao.png").is_file()
 
@@ -293,29 +290,29 @@ def test_inside_blender_the_open_file_is_baked(make: Any, tmp_path: Path) -> Non
 # What is baked
 
 
-def test_by_default_all_that_renders(bake: Any, make: Any) -> None:
-    make.plane("Seen")
-    make.plane("Hidden", location=(0, 0, 1)).hide_render = True
-    make.mesh("Points", ((0, 0, 0),), ())
+def test_by_default_all_that_renders(bake: Any) -> None:
+    blender.plane("Seen")
+    blender.plane("Hidden", location=(0, 0, 1)).hide_render = True
+    blender.mesh("Points", ((0, 0, 0),), ())
     run = bake()
     assert run.status == 0
     assert [entry["name"] for entry in run.report["objects"]] == ["Seen"]
 
 
-def test_an_object_named_twice_is_baked_once(bake: Any, make: Any) -> None:
-    make.plane()
+def test_an_object_named_twice_is_baked_once(bake: Any) -> None:
+    blender.plane()
     run = bake("--objects", "Plane", "Plane")
     assert run.status == 0 and run.files == ["Plane_ao.png", "report.json"]
 
 
-def test_one_that_cannot_be_baked_does_not_stop_the_others(bake: Any, make: Any) -> None:
-    make.plane("Good")
-    make.plane("Better", location=(0, 0, 2))
-    make.plane("Broken", location=(9, 0, 0)).data.vertices[1].co.x = math.nan
-    bare = make.bare_cube("Bare and broken", location=(0, 9, 0))
+def test_one_that_cannot_be_baked_does_not_stop_the_others(bake: Any) -> None:
+    blender.plane("Good")
+    blender.plane("Better", location=(0, 0, 2))
+    blender.plane("Broken", location=(9, 0, 0)).data.vertices[1].co.x = math.nan
+    bare = blender.bare_cube("Bare and broken", location=(0, 9, 0))
     bare.data.vertices[0].co.y = math.inf
-    make.plane("Hidden").hide_render = True
-    make.mesh("Empty", ((0, 0, 0),), ())
+    blender.plane("Hidden").hide_render = True
+    blender.mesh("Empty", ((0, 0, 0),), ())
     named = ("Good", "Broken", "Bare and broken", "Hidden", "Empty", "Nobody", "Better")
     run = bake("--objects", *named)
     assert run.status == 2
@@ -328,9 +325,9 @@ def test_one_that_cannot_be_baked_does_not_stop_the_others(bake: Any, make: Any)
         assert sum(line.startswith(f"{name}: ") for line in report["refused"]) == 1
 
 
-def test_none_of_several_can_be_baked(bake: Any, make: Any) -> None:
-    make.plane("One").hide_render = True
-    make.plane("Two").hide_render = True
+def test_none_of_several_can_be_baked(bake: Any) -> None:
+    blender.plane("One").hide_render = True
+    blender.plane("Two").hide_render = True
     assert bake().refused("2 of 2 objects could not be baked; One: ", "hidden").count("Two") == 0
 
 
@@ -376,8 +373,8 @@ def test_a_model_of_which_half_is_missing(bake: Any, exported: Path, tmp_path: P
     bake(file=file).refused(str(file))
 
 
-def test_an_image_named_blend(bake: Any, make: Any, tmp_path: Path) -> None:
-    make.plane()
+def test_an_image_named_blend(bake: Any, tmp_path: Path) -> None:
+    blender.plane()
     file = tmp_path / "picture.blend"
     (bake(report=False).folder / "Plane_ao.png").rename(file)
     bake(file=file, report=False).refused(str(file), ".blend")
@@ -401,12 +398,12 @@ def test_a_file_without_a_mesh(bake: Any) -> None:
 # Meshes that cannot be baked, and those that can in part
 
 
-def spoil(name: str, make: Any) -> None:
+def spoil(name: str) -> None:
     """One scene for each thing that is wrong."""
     if name == "no faces":
-        make.mesh("Thing", ((0, 0, 0), (1, 0, 0)), ())
+        blender.mesh("Thing", ((0, 0, 0), (1, 0, 0)), ())
         return
-    obj = make.plane("Thing")
+    obj = blender.plane("Thing")
     if name == "not finite":
         obj.data.vertices[2].co.z = math.nan
     elif name == "zero area":
@@ -423,26 +420,26 @@ def spoil(name: str, make: Any) -> None:
     "wrong",
     ["no faces", "not finite", "zero area", "hidden from render", "no area in the texture", "outside the 0-1 square"],
 )
-def test_a_mesh_that_cannot_be_baked(bake: Any, make: Any, wrong: str) -> None:
-    spoil(wrong, make)
+def test_a_mesh_that_cannot_be_baked(bake: Any, wrong: str) -> None:
+    spoil(wrong)
     assert bake().refused("Thing: ", wrong).count(";") >= 1  # the cure
 
 
-def test_broken_neighbours_are_left_out_with_a_warning(bake: Any, make: Any) -> None:
-    make.plane("Floor")
-    make.plane("Broken", location=(0, 0, 1)).data.vertices[0].co.x = math.nan
+def test_broken_neighbours_are_left_out_with_a_warning(bake: Any) -> None:
+    blender.plane("Floor")
+    blender.plane("Broken", location=(0, 0, 1)).data.vertices[0].co.x = math.nan
     run = bake("--objects", "Floor")
     assert run.status == 0
     assert any("Broken" in line for line in run.lines)
 
 
-def two_squares(make: Any, second: Any, flat: bool = False) -> None:
+def two_squares(second: Any, flat: bool = False) -> None:
     """Two squares apart, the first with the left half of the texture, the second with UVs as given."""
     corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (3, 0, 0), (4, 0, 0), (4, 1, 0), (3, 1, 0)]
     if flat:
         corners[4:] = [(3, 0, 0), (4, 0, 0), (5, 0, 0), (6, 0, 0)]
     first = ((0, 0), (0.5, 0), (0.5, 1), (0, 1))
-    make.mesh("Thing", corners, ((0, 1, 2, 3), (4, 5, 6, 7)), (*first, *second))
+    blender.mesh("Thing", corners, ((0, 1, 2, 3), (4, 5, 6, 7)), (*first, *second))
 
 
 @pytest.mark.parametrize(
@@ -454,22 +451,22 @@ def two_squares(make: Any, second: Any, flat: bool = False) -> None:
         (((0.6, 0.5), (0.7, 0.5), (0.8, 0.5), (0.9, 0.5)), "Thing: 2 triangles have no area in the texture"),
     ],
 )
-def test_uvs_that_bake_in_part(bake: Any, make: Any, second: Any, line: str) -> None:
-    two_squares(make, second)
+def test_uvs_that_bake_in_part(bake: Any, second: Any, line: str) -> None:
+    two_squares(second)
     run = bake()
     assert (run.status, run.err) == (0, "")
     assert [each for each in run.lines if each.startswith(line)] == run.report["objects"][0]["warnings"] != []
 
 
-def test_triangles_without_area_are_left_out_with_a_warning(bake: Any, make: Any) -> None:
-    two_squares(make, ((0.5, 0), (1, 0), (1, 1), (0.5, 1)), flat=True)
+def test_triangles_without_area_are_left_out_with_a_warning(bake: Any) -> None:
+    two_squares(((0.5, 0), (1, 0), (1, 1), (0.5, 1)), flat=True)
     run = bake()
     assert run.status == 0 and run.report["objects"][0]["texels"] == 64 * 32
     assert any(line.startswith("Thing: 2 triangles have zero area") for line in run.lines)
 
 
-def test_no_uvs_and_no_xatlas(make: Any, start: Any, tmp_path: Path) -> None:
-    make.bare_cube("Bare")
+def test_no_uvs_and_no_xatlas(start: Any, tmp_path: Path) -> None:
+    blender.bare_cube("Bare")
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     (tmp_path / "stub").mkdir()
     (tmp_path / "stub" / "xatlas.py").write_text("raise ImportError('not here')\n")
@@ -529,8 +526,8 @@ def test_no_uvs_and_no_xatlas(make: Any, start: Any, tmp_path: Path) -> None:
     ],
     ids=" ".join,
 )
-def test_options_that_are_refused(bake: Any, make: Any, words: tuple[str, ...], named: str) -> None:
-    make.plane("Floor")
+def test_options_that_are_refused(bake: Any, words: tuple[str, ...], named: str) -> None:
+    blender.plane("Floor")
     bake(*words).refused(named)
 
 
@@ -547,10 +544,10 @@ def test_help_is_no_error(capfd: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize("option", ["--output", "--report", "--coverage"])
 @pytest.mark.parametrize("place", ["a file", "/proc"])
-def test_a_folder_that_cannot_be_written(bake: Any, make: Any, tmp_path: Path, option: str, place: str) -> None:
+def test_a_folder_that_cannot_be_written(bake: Any, tmp_path: Path, option: str, place: str) -> None:
     if place == "/proc" and not Path("/proc").is_dir():
         pytest.skip("no /proc here")
-    make.plane()
+    blender.plane()
     (tmp_path / "a file").write_text("in the way")
     where = tmp_path / place
     bake(option, str(where / "sub" / "x.png")).refused(str(where))
@@ -558,8 +555,8 @@ def test_a_folder_that_cannot_be_written(bake: Any, make: Any, tmp_path: Path, o
 
 
 @pytest.mark.parametrize("option", ["--report", "--coverage"])
-def test_a_folder_in_the_place_of_a_file(bake: Any, make: Any, tmp_path: Path, option: str) -> None:
-    make.plane()
+def test_a_folder_in_the_place_of_a_file(bake: Any, tmp_path: Path, option: str) -> None:
+    blender.plane()
     (tmp_path / "taken.png").mkdir()
     bake(option, str(tmp_path / "taken.png")).refused("taken.png", "folder")
 
@@ -576,8 +573,8 @@ def tiny_disk(tmp_path: Path) -> Any:
     subprocess.run(["umount", str(folder)], check=True)
 
 
-def test_a_full_disk_leaves_what_was_there(bake: Any, make: Any, tiny_disk: Path) -> None:
-    floor_and_wall(make)
+def test_a_full_disk_leaves_what_was_there(bake: Any, tiny_disk: Path) -> None:
+    floor_and_wall()
     before = {"Floor_ao.tif": b"an older bake", "ballast": bytes(24 * 1024)}
     for name, content in before.items():
         (tiny_disk / name).write_bytes(content)
@@ -587,8 +584,8 @@ def test_a_full_disk_leaves_what_was_there(bake: Any, make: Any, tiny_disk: Path
     assert contents(tiny_disk) == before
 
 
-def test_a_full_disk_before_the_bake(bake: Any, make: Any, tiny_disk: Path) -> None:
-    make.plane()
+def test_a_full_disk_before_the_bake(bake: Any, tiny_disk: Path) -> None:
+    blender.plane()
     (tiny_disk / "ballast").write_bytes(bytes(40 * 1024))
     bake("--report", str(tiny_disk / "report.json")).refused(str(tiny_disk), "free some space")
     assert contents(tiny_disk).keys() == {"ballast"}
@@ -602,8 +599,8 @@ def test_a_full_disk_for_the_report(tiny_disk: Path) -> None:
     assert contents(tiny_disk) == {"report.json": b"an older report"}
 
 
-def test_a_full_disk_for_the_charts(bake: Any, make: Any, tiny_disk: Path) -> None:
-    make.bare_cube("Bare")
+def test_a_full_disk_for_the_charts(bake: Any, tiny_disk: Path) -> None:
+    blender.bare_cube("Bare")
     (tiny_disk / "ballast").write_bytes(bytes(32 * 1024))
     run = bake("--output", str(tiny_disk))
     assert run.status == 2 and str(tiny_disk / "scene_charts.blend") in run.complaint
@@ -613,8 +610,8 @@ def test_a_full_disk_for_the_charts(bake: Any, make: Any, tiny_disk: Path) -> No
 # Cancelled
 
 
-def test_ctrl_c_leaves_everything_as_it_was(make: Any, start: Any, tmp_path: Path) -> None:
-    floor_and_wall(make)
+def test_ctrl_c_leaves_everything_as_it_was(start: Any, tmp_path: Path) -> None:
+    floor_and_wall()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     (tmp_path / "Floor_ao.png").write_bytes(b"an older bake")
     (tmp_path / "report.json").write_bytes(b"an older report")
@@ -631,7 +628,7 @@ def test_ctrl_c_leaves_everything_as_it_was(make: Any, start: Any, tmp_path: Pat
     assert contents(tmp_path) == before
 
 
-def test_ctrl_c_before_the_bake(make: Any, tmp_path: Path, capfd: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_before_the_bake(tmp_path: Path, capfd: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from occlusion_bake.addon.cli import command
 
     def interrupted(path: Path) -> None:
@@ -644,7 +641,7 @@ def test_ctrl_c_before_the_bake(make: Any, tmp_path: Path, capfd: Any, monkeypat
 
 @pytest.mark.parametrize("objects", [("One",), ("One", "Two")])
 def test_ctrl_c_while_a_result_is_delivered(
-    bake: Any, make: Any, monkeypatch: pytest.MonkeyPatch, objects: tuple[str, ...]
+    bake: Any, monkeypatch: pytest.MonkeyPatch, objects: tuple[str, ...]
 ) -> None:
     """As in Cycles' part of a comparison, which holds the main thread."""
     from occlusion_bake.addon.cli import command
@@ -656,24 +653,24 @@ def test_ctrl_c_while_a_result_is_delivered(
     compare = command.compare_with_cycles
     monkeypatch.setattr(command, "compare_with_cycles", interrupted)
     for place, name in enumerate(objects):
-        make.plane(name, location=(0, 0, place))
+        blender.plane(name, location=(0, 0, place))
     run = bake("--compare-cycles", "1")
     assert (run.status, run.complaint) == (3, "cancelled")
     assert [name for name in run.files if name.endswith("_ao.png")] == ["One_ao.png"]
     assert "report.json" not in run.files
 
 
-def test_a_fault_of_ours_is_another_status(bake: Any, make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_of_ours_is_another_status(bake: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from occlusion_bake.addon.cli import command
 
     monkeypatch.setattr(command, "object_entry", lambda *_: 1 / 0)
-    make.plane()
+    blender.plane()
     run = bake()
     assert run.status == 1 and "ZeroDivisionError" in run.err
 
 
-def test_letters_that_the_terminal_lacks(make: Any, start: Any, tmp_path: Path) -> None:
-    make.plane("茶")
+def test_letters_that_the_terminal_lacks(start: Any, tmp_path: Path) -> None:
+    blender.plane("茶")
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     words = ("--size", "16", "--rays", "1", "--output", "out")
     child = start("scene.blend", *words, environment={"PYTHONIOENCODING": "ascii:strict"})

@@ -12,13 +12,14 @@ pytest.importorskip("bpy")
 from occlusion_bake.core.finish.image_file import read_image
 from occlusion_bake.core.spherical.directional_format import DirectionalFormat, channel_names, from_images, rebuild
 from occlusion_bake.core.spherical.lobe import open_horizon
+from occlusion_bake.tests.oracles import blender
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
 @pytest.fixture
-def floor(make: Any) -> None:
-    make.plane("Floor")
+def floor() -> None:
+    blender.plane("Floor")
 
 
 def test_bent_normals_and_a_code_as_pictures(floor: None, bake: Any) -> None:
@@ -69,10 +70,10 @@ def test_what_cannot_be_is_one_line(words: tuple[str, ...], line: str, floor: No
     assert line in run.err and run.err.strip().count("\n") == 0
 
 
-def test_options_reach_the_bake_and_the_report(make: Any, bake: Any) -> None:
+def test_options_reach_the_bake_and_the_report(bake: Any) -> None:
     """A plate that covers the floor: near, far, from behind."""
-    make.plane("Floor")
-    lid = make.plane("Lid", uv=None, location=(0.0, 0.0, 0.5))
+    blender.plane("Floor")
+    lid = blender.plane("Lid", uv=None, location=(0.0, 0.0, 0.5))
     lid.scale = (100.0, 100.0, 1.0)
     means = {}
     for words in ((), ("--front-faces",), ("--min-distance", "0.8", "--distance", "1"), ("--spread", "10"),
@@ -87,10 +88,10 @@ def test_options_reach_the_bake_and_the_report(make: Any, bake: Any) -> None:
     assert (told["falloff"], told["spread"], told["minimum_distance"], told["faces"]) == ("smooth", 90.0, 0.0, "both")
 
 
-def test_tangents_that_do_not_exist(make: Any, bake: Any) -> None:
+def test_tangents_that_do_not_exist(bake: Any) -> None:
     ring = np.linspace(0, 2 * np.pi, 6)[:-1]
     corners = np.stack([np.cos(ring), np.sin(ring), 0 * ring], axis=1)
-    make.mesh("Pentagon", corners.tolist(), [range(5)], 0.5 + 0.4 * corners[:, :2])
+    blender.mesh("Pentagon", corners.tolist(), [range(5)], 0.5 + 0.4 * corners[:, :2])
     run = bake("--maps", "bent")
     assert run.status == 2 and "Pentagon: it has faces of more than four corners" in run.err
     assert bake("--maps", "bent", "--bent-space", "world").status == 0

@@ -11,6 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.core.finish.image_file import read_image, write_image  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -22,10 +23,10 @@ def orm(tmp_path: Path) -> Path:
     return path
 
 
-def test_ao_into_the_red_of_an_orm(make: Any, bake: Any, orm: Path) -> None:
+def test_ao_into_the_red_of_an_orm(bake: Any, orm: Path) -> None:
     before = read_image(orm)[0]
-    make.plane("Floor")
-    make.wall()
+    blender.plane("Floor")
+    blender.wall()
     run = bake("--objects", "Floor", "--into", f"{orm}:r")
     assert (run.status, run.err) == (0, "")
     after = read_image(orm)[0]
@@ -48,16 +49,16 @@ def test_ao_into_the_red_of_an_orm(make: Any, bake: Any, orm: Path) -> None:
         (("--color-attributes", "x.png"), "end its name in .blend"),
     ],
 )
-def test_what_is_refused_before_the_bake(make: Any, bake: Any, orm: Path, words: Any, line: str) -> None:
-    make.plane("Floor")
+def test_what_is_refused_before_the_bake(bake: Any, orm: Path, words: Any, line: str) -> None:
+    blender.plane("Floor")
     before = orm.read_bytes()
     assert line in bake(*(word.format(orm=orm) for word in words)).refused()
     assert orm.read_bytes() == before
 
 
-def test_color_attributes_in_a_copy_of_the_scene(make: Any, bake: Any, tmp_path: Path) -> None:
-    make.plane("Floor", uv=None)
-    make.wall()
+def test_color_attributes_in_a_copy_of_the_scene(bake: Any, tmp_path: Path) -> None:
+    blender.plane("Floor", uv=None)
+    blender.wall()
     run = bake("--objects", "Floor", "--color-attributes", str(tmp_path / "colours.blend"))
     assert (run.status, run.err) == (0, "")
     assert run.files == ["report.json"] and run.report["objects"][0]["files"] == {}

@@ -11,6 +11,7 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.cli.import_file import load  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -27,9 +28,9 @@ f 1/1 2/2 3/3 4/4
 """
 
 
-def write(folder: Path, kind: str, make: Any) -> Path:
+def write(folder: Path, kind: str) -> Path:
     """A cube with UVs in a file of this kind."""
-    obj = make.cube("Block")
+    obj = blender.cube("Block")
     obj.select_set(True)
     path = folder / f"model.{kind}"
     exporters = {
@@ -49,8 +50,8 @@ def meshes() -> list[Any]:
 
 
 @pytest.mark.parametrize("kind", ["blend", "obj", "ply", "stl", "glb", "gltf"])
-def test_a_cube_comes_back(make: Any, tmp_path: Path, kind: str) -> None:
-    path = write(tmp_path, kind, make)
+def test_a_cube_comes_back(tmp_path: Path, kind: str) -> None:
+    path = write(tmp_path, kind)
     bpy.ops.wm.read_factory_settings()
     load(path)
     (obj,) = meshes()
@@ -59,8 +60,8 @@ def test_a_cube_comes_back(make: Any, tmp_path: Path, kind: str) -> None:
     assert tuple(obj.dimensions) == pytest.approx((2.0, 2.0, 2.0))
 
 
-def test_nothing_of_the_scene_before_remains(make: Any, tmp_path: Path) -> None:
-    make.plane("Left over")
+def test_nothing_of_the_scene_before_remains(tmp_path: Path) -> None:
+    blender.plane("Left over")
     path = tmp_path / "roof.OBJ"
     path.write_text(OBJ)
     load(path)

@@ -12,9 +12,9 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.compare import cycles as module  # noqa: E402
 from occlusion_bake.addon.compare.cycles import CyclesBake, CyclesSettings, bake_ao  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.scene.scene import Scene  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -25,7 +25,7 @@ def bake(name: str = "Plane", *, uv: str | None = None, **options: Any) -> Cycle
 
 
 def read(name: str) -> Scene:
-    return read_scene(bpy.context, bpy.context.view_layer, SceneRequest([name]))[0]
+    return blender.read([name])[0]
 
 
 def plane(name: str = "Plane", size: float = 2.0, z: float = 0.0) -> Any:
@@ -98,10 +98,8 @@ def test_a_smooth_low_poly_surface_is_not_lifted_off_itself() -> None:
 
 
 def material(name: str, alpha: float = 1.0) -> Any:
-    made = bpy.data.materials.new(name)
-    if bpy.app.version < (5, 0):
-        made.use_nodes = True
-    made.node_tree.nodes["Principled BSDF"].inputs["Alpha"].default_value = alpha
+    made = blender.material(name)
+    blender.principled(made).inputs["Alpha"].default_value = alpha
     return made
 
 

@@ -20,13 +20,15 @@ from occlusion_bake.core.base.errors import Cancelled  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.core.texels.rasterize import rasterize  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import bake_onto, set_panel  # noqa: E402
 from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene", "registered")
 
 
 @pytest.fixture
-def settings(set_panel: Any) -> Any:
+def settings() -> Any:
     return partial(set_panel, width=64, height=64, quality="RAYS", rays=4, margin=2)
 
 
@@ -50,20 +52,18 @@ def area(uv: Any) -> float:
 
 
 @pytest.mark.parametrize("uv", ["ACTIVE", "SMART"])
-def test_charts_of_all_lie_side_by_side_by_their_size_in_the_world(
-    make: Any, uv: str, press: Any, settings: Any
-) -> None:
+def test_charts_of_all_lie_side_by_side_by_their_size_in_the_world(uv: str, settings: Any) -> None:
     """Objects without UVs, one mirrored, one twice as large; each its own texels, and as many a square metre."""
     objects = [
-        make.bare_cube("One"),
-        make.bare_cube("Two", location=(5, 0, 0)),
-        make.bare_cube("Three", location=(0, 9, 0)),
+        blender.bare_cube("One"),
+        blender.bare_cube("Two", location=(5, 0, 0)),
+        blender.bare_cube("Three", location=(0, 9, 0)),
     ]
     objects[1].scale = (2, 2, 2)
     objects[2].scale = (-1, 1, 1)
     bpy.context.view_layer.update()
     settings(layout="ATLAS", atlas="Set", uv=uv)
-    assert press("One", "Two", "Three") == {"FINISHED"}
+    assert bake_onto("One", "Two", "Three") == {"FINISHED"}
     assert [layer.name for obj in objects for layer in obj.data.uv_layers] == [ATLAS_MAP] * 3
     masks = [covered(obj, ATLAS_MAP) for obj in objects]
     assert all(mask.any() for mask in masks) and int(sum(mask.astype(int) for mask in masks).max()) == 1
@@ -72,28 +72,28 @@ def test_charts_of_all_lie_side_by_side_by_their_size_in_the_world(
     assert [image.name for image in bpy.data.images if "AO" in image.name] == ["Set AO"]
 
 
-def test_charts_that_fit_stay_and_others_are_made_anew(make: Any, press: Any, settings: Any) -> None:
-    objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
+def test_charts_that_fit_stay_and_others_are_made_anew(settings: Any) -> None:
+    objects = [blender.bare_cube("One"), blender.bare_cube("Two", location=(5, 0, 0))]
     settings(layout="ATLAS")
-    press("One", "Two")
+    bake_onto("One", "Two")
     first = [layout(obj, ATLAS_MAP) for obj in objects]
-    press("One", "Two")
+    bake_onto("One", "Two")
     for obj, before in zip(objects, first, strict=True):
         np.testing.assert_array_equal(layout(obj, ATLAS_MAP), before)
     settings(layout="EACH")
-    press("One")  # by its active map, which is the atlas'
+    bake_onto("One")  # by its active map, which is the atlas'
     settings(layout="ATLAS")
     objects[1].scale = (3, 3, 3)
     bpy.context.view_layer.update()
-    press("One", "Two")
+    bake_onto("One", "Two")
     assert not np.array_equal(layout(objects[0], ATLAS_MAP), first[0])
 
 
-def test_maps_that_all_have_are_used_as_they_are(make: Any, press: Any, settings: Any) -> None:
-    make.plane("Left", uv=((0, 0), (0.4, 0), (0.4, 1), (0, 1)))
-    make.plane("Right", uv=((0.6, 0), (1, 0), (1, 1), (0.6, 1)), location=(0, 0, 0.5))
+def test_maps_that_all_have_are_used_as_they_are(settings: Any) -> None:
+    blender.plane("Left", uv=((0, 0), (0.4, 0), (0.4, 1), (0, 1)))
+    blender.plane("Right", uv=((0.6, 0), (1, 0), (1, 1), (0.6, 1)), location=(0, 0, 0.5))
     settings(layout="ATLAS", rays=64)
-    assert press("Left", "Right") == {"FINISHED"}
+    assert bake_onto("Left", "Right") == {"FINISHED"}
     assert all(len(obj.data.uv_layers) == 1 for obj in bpy.data.objects)
     values = np.empty(64 * 64 * 4, np.float32)
     bpy.data.images["Atlas AO"].pixels.foreach_get(values)
@@ -103,28 +103,28 @@ def test_maps_that_all_have_are_used_as_they_are(make: Any, press: Any, settings
     assert "Atlas: " in lines and "overlap" not in lines
 
 
-def test_maps_of_objects_that_overlap_are_told(make: Any, press: Any, settings: Any) -> None:
-    make.plane("One")
-    make.plane("Two", location=(0, 0, 3))
+def test_maps_of_objects_that_overlap_are_told(settings: Any) -> None:
+    blender.plane("One")
+    blender.plane("Two", location=(0, 0, 3))
     settings(layout="ATLAS")
-    press("One", "Two")
+    bake_onto("One", "Two")
     assert (
         "Atlas: objects overlap one another in the UV map on 4096 of 4096"
         in bpy.context.window_manager.occlusion_bake.lines
     )
 
 
-def test_one_that_cannot_be_in_it_does_not_stop_the_others(make: Any, press: Any, settings: Any) -> None:
+def test_one_that_cannot_be_in_it_does_not_stop_the_others(settings: Any) -> None:
     """A second object of a mesh, one without faces, one whose mesh is full of UV maps."""
-    one = make.bare_cube("One")
+    one = blender.bare_cube("One")
     bpy.context.scene.collection.objects.link(bpy.data.objects.new("Twin", one.data))
-    make.mesh("Empty", ((0, 0, 0),), ())
-    full = make.bare_cube("Full", location=(4, 0, 0))
+    blender.mesh("Empty", ((0, 0, 0),), ())
+    full = blender.bare_cube("Full", location=(4, 0, 0))
     for number in range(8):
         full.data.uv_layers.new(name=f"Map {number}")
-    make.bare_cube("Two", location=(8, 0, 0))
+    blender.bare_cube("Two", location=(8, 0, 0))
     settings(layout="ATLAS")
-    assert press("One", "Twin", "Empty", "Full", "Two") == {"FINISHED"}
+    assert bake_onto("One", "Twin", "Empty", "Full", "Two") == {"FINISHED"}
     lines = bpy.context.window_manager.occlusion_bake.lines
     assert "Twin: it shares its mesh with One" in lines and "Empty: " in lines and "no faces" in lines
     assert "Full: Blender has no room for another UV map" in lines
@@ -132,40 +132,40 @@ def test_one_that_cannot_be_in_it_does_not_stop_the_others(make: Any, press: Any
     assert len(full.data.uv_layers) == 8
 
 
-def test_from_single_images_to_an_atlas_and_back(make: Any, press: Any, settings: Any) -> None:
+def test_from_single_images_to_an_atlas_and_back(settings: Any) -> None:
     """Charts of our own are no maps of the artist's: in an atlas they make room for one another."""
-    objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
+    objects = [blender.bare_cube("One"), blender.bare_cube("Two", location=(5, 0, 0))]
     settings()
-    press("One", "Two")
+    bake_onto("One", "Two")
     settings(layout="ATLAS")
-    press("One", "Two")
+    bake_onto("One", "Two")
     assert "overlap" not in bpy.context.window_manager.occlusion_bake.lines
     assert [obj.data.uv_layers.active.name for obj in objects] == [ATLAS_MAP] * 2
     settings(layout="EACH")
-    press("One", "Two")
+    bake_onto("One", "Two")
     assert [obj.data.uv_layers.active.name for obj in objects] == [CHART_MAP] * 2
     np.testing.assert_array_equal(layout(objects[0], CHART_MAP), layout(objects[1], CHART_MAP))
 
 
-def test_turning_an_object_keeps_the_charts(make: Any, press: Any, settings: Any) -> None:
-    objects = [make.bare_cube("One"), make.bare_cube("Two", location=(5, 0, 0))]
+def test_turning_an_object_keeps_the_charts(settings: Any) -> None:
+    objects = [blender.bare_cube("One"), blender.bare_cube("Two", location=(5, 0, 0))]
     objects[0].scale = (1, 2, 3)
     bpy.context.view_layer.update()
     settings(layout="ATLAS")
-    press("One", "Two")
+    bake_onto("One", "Two")
     first = layout(objects[0], ATLAS_MAP)
     objects[0].rotation_euler = (0.3, 1.2, -2.0)
     objects[0].location = (1, 7, 3)
     bpy.context.view_layer.update()
-    press("One", "Two")
+    bake_onto("One", "Two")
     np.testing.assert_array_equal(layout(objects[0], ATLAS_MAP), first)
 
 
-def test_an_atlas_is_baked_again_with_all_its_objects(make: Any, press: Any, settings: Any) -> None:
-    make.plane("Left", uv=((0, 0), (0.4, 0), (0.4, 1), (0, 1)))
-    make.plane("Right", uv=((0.6, 0), (1, 0), (1, 1), (0.6, 1)), location=(0, 0, 0.5))
+def test_an_atlas_is_baked_again_with_all_its_objects(settings: Any) -> None:
+    blender.plane("Left", uv=((0, 0), (0.4, 0), (0.4, 1), (0, 1)))
+    blender.plane("Right", uv=((0.6, 0), (1, 0), (1, 1), (0.6, 1)), location=(0, 0, 0.5))
     settings(layout="ATLAS", rays=64, atlas="Both")
-    press("Left", "Right")
+    bake_onto("Left", "Right")
     image = bpy.data.images["Both AO"]
     before = np.empty(64 * 64 * 4, np.float32)
     image.pixels.foreach_get(before)
@@ -181,10 +181,10 @@ def test_an_atlas_is_baked_again_with_all_its_objects(make: Any, press: Any, set
         bpy.ops.occlusion_bake.again()
 
 
-def test_a_cancelled_atlas_changes_nothing(make: Any) -> None:
+def test_a_cancelled_atlas_changes_nothing() -> None:
     """The first object's part is done when it is stopped: no image, no charts."""
-    make.bare_cube("One")
-    make.bare_cube("Two", location=(5, 0, 0))
+    blender.bare_cube("One")
+    blender.bare_cube("Two", location=(5, 0, 0))
     from occlusion_bake.addon.charts.rollback import chart_rollback
 
     progress, outcome = Progress(), Outcome()
@@ -201,9 +201,9 @@ def test_a_cancelled_atlas_changes_nothing(make: Any) -> None:
     assert not bpy.data.objects["One"].data.uv_layers and not bpy.data.objects["Two"].data.uv_layers
 
 
-def test_the_command_writes_one_image_for_all(make: Any, bake: Any) -> None:
-    make.bare_cube("One")
-    make.bare_cube("Two", location=(5, 0, 0))
+def test_the_command_writes_one_image_for_all(bake: Any) -> None:
+    blender.bare_cube("One")
+    blender.bare_cube("Two", location=(5, 0, 0))
     run_ = bake("--atlas", "Set")
     assert (run_.status, run_.err) == (0, "")
     (entry,) = run_.report["objects"]
@@ -215,18 +215,18 @@ def test_the_command_writes_one_image_for_all(make: Any, bake: Any) -> None:
 # UDIM
 
 
-def spread(make: Any) -> Any:
+def spread() -> Any:
     """A floor in the first tile, a ceiling that looks up in the third."""
     corners = [(-1, -1, z) for z in (0.0,)] + [(1, -1, 0), (1, 1, 0), (-1, 1, 0)]
     corners += [(x, y, 0.5) for x, y, _ in corners]
     uv = [(0, 0), (1, 0), (1, 1), (0, 1), (2.1, 0.1), (2.9, 0.1), (2.9, 0.8), (2.1, 0.8)]
-    return make.mesh("Tiled", corners, ((0, 1, 2, 3), (4, 5, 6, 7)), uv)
+    return blender.mesh("Tiled", corners, ((0, 1, 2, 3), (4, 5, 6, 7)), uv)
 
 
-def test_every_tile_is_baked_into_a_tiled_image(make: Any, tmp_path: Path, press: Any, settings: Any) -> None:
-    spread(make)
+def test_every_tile_is_baked_into_a_tiled_image(tmp_path: Path, settings: Any) -> None:
+    spread()
     settings(rays=64)
-    assert press("Tiled") == {"FINISHED"}
+    assert bake_onto("Tiled") == {"FINISHED"}
     image = bpy.data.images["Tiled AO"]
     assert image.source == "TILED" and [tile.number for tile in image.tiles] == [1001, 1003]
     assert all(tuple(tile.size) == (64, 64) for tile in image.tiles) and image.is_float
@@ -239,26 +239,26 @@ def test_every_tile_is_baked_into_a_tiled_image(make: Any, tmp_path: Path, press
     floor, ceiling = (read_image(tmp_path / f"out.{tile}.exr")[0][..., 0] for tile in (1001, 1003))
     assert floor[32, 32] < 0.5 and floor.max() < 1.0
     np.testing.assert_array_equal(ceiling, 1.0)
-    assert press("Tiled") == {"FINISHED"}
+    assert bake_onto("Tiled") == {"FINISHED"}
     assert [each.name for each in bpy.data.images if each.name.startswith("Tiled")] == ["Tiled AO"]
     settings(use_udim=False)
-    assert press("Tiled") == {"FINISHED"}
+    assert bake_onto("Tiled") == {"FINISHED"}
     assert bpy.data.images["Tiled AO"].source != "TILED"
 
 
-def test_tiles_are_saved_by_their_numbers(make: Any, tmp_path: Path, press: Any, settings: Any) -> None:
-    spread(make)
+def test_tiles_are_saved_by_their_numbers(tmp_path: Path, settings: Any) -> None:
+    spread()
     settings(output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="8")
-    assert press("Tiled") == {"FINISHED"}
+    assert bake_onto("Tiled") == {"FINISHED"}
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["Tiled_ao.1001.png", "Tiled_ao.1003.png"]
     image = bpy.data.images["Tiled AO"]
     assert image.source == "TILED" and [tile.number for tile in image.tiles] == [1001, 1003]
-    assert press("Tiled") == {"FINISHED"}
+    assert bake_onto("Tiled") == {"FINISHED"}
     assert len([each for each in bpy.data.images if each.name.startswith("Tiled")]) == 1
 
 
-def test_the_command_writes_a_file_a_tile(make: Any, bake: Any) -> None:
-    spread(make)
+def test_the_command_writes_a_file_a_tile(bake: Any) -> None:
+    spread()
     run_ = bake()
     assert [entry["tile"] for entry in run_.report["objects"]] == [1001, 1003]
     assert {"Tiled_ao.1001.png", "Tiled_ao.1003.png"} <= set(run_.files)
@@ -276,14 +276,14 @@ def test_the_command_writes_a_file_a_tile(make: Any, bake: Any) -> None:
 # Blender's own unwrap
 
 
-def test_smart_uv_project_in_a_map_of_its_own(make: Any, press: Any, settings: Any) -> None:
+def test_smart_uv_project_in_a_map_of_its_own(settings: Any) -> None:
     """Selection, mode, active object and the mesh's own maps stay; a face stays one piece."""
-    obj = make.cube("Cube")
+    obj = blender.cube("Cube")
     before = [layer.name for layer in obj.data.uv_layers]
     obj.data.polygons[2].select = False
     selected = [polygon.select for polygon in obj.data.polygons]
     settings(uv="SMART")
-    assert press("Cube") == {"FINISHED"}
+    assert bake_onto("Cube") == {"FINISHED"}
     assert [layer.name for layer in obj.data.uv_layers] == [*before, CHART_MAP]
     assert obj.data.uv_layers.active.name == before[0]
     assert [polygon.select for polygon in obj.data.polygons] == selected
@@ -296,9 +296,9 @@ def test_smart_uv_project_in_a_map_of_its_own(make: Any, press: Any, settings: A
     assert rasterize("Cube", uv, 256, 256).overlapped == 0
 
 
-def test_smart_charts_are_square_whatever_the_mesh_has(make: Any, press: Any, settings: Any) -> None:
+def test_smart_charts_are_square_whatever_the_mesh_has(settings: Any) -> None:
     """A wide texture in the material, a shape key, a scale: the faces of a cube stay squares of their size."""
-    objects = [make.bare_cube("One"), make.bare_cube("Two", location=(9, 0, 0))]
+    objects = [blender.bare_cube("One"), blender.bare_cube("Two", location=(9, 0, 0))]
     material = bpy.data.materials.new("Wide")
     material.use_nodes = True
     node = material.node_tree.nodes.new("ShaderNodeTexImage")
@@ -310,7 +310,7 @@ def test_smart_charts_are_square_whatever_the_mesh_has(make: Any, press: Any, se
     objects[1].scale = (2, 2, 2)
     bpy.context.view_layer.update()
     settings(layout="ATLAS", uv="SMART")
-    assert press("One", "Two") == {"FINISHED"}
+    assert bake_onto("One", "Two") == {"FINISHED"}
     for obj in objects:
         uv = layout(obj, ATLAS_MAP)
         sides = np.linalg.norm(uv - np.roll(uv, 1, axis=1), axis=2)
@@ -319,31 +319,29 @@ def test_smart_charts_are_square_whatever_the_mesh_has(make: Any, press: Any, se
     assert areas[1] == pytest.approx(4.0 * areas[0], rel=1e-2)
 
 
-def test_where_xatlas_is_missing_the_second_press_unwraps(
-    make: Any, monkeypatch: pytest.MonkeyPatch, press: Any, settings: Any
-) -> None:
-    obj = make.bare_cube("Bare")
+def test_where_xatlas_is_missing_the_second_press_unwraps(monkeypatch: pytest.MonkeyPatch, settings: Any) -> None:
+    obj = blender.bare_cube("Bare")
     monkeypatch.setattr(chart_job, "has_unwrapper", lambda: False)
     settings()
     with pytest.raises(RuntimeError, match=r"Bare: it needs UV charts .*press Bake again"):
-        press("Bare")
+        bake_onto("Bare")
     assert not obj.data.uv_layers
-    assert press("Bare") == {"FINISHED"}
+    assert bake_onto("Bare") == {"FINISHED"}
     assert [layer.name for layer in obj.data.uv_layers] == [CHART_MAP]
     assert "Smart UV Project" in bpy.context.window_manager.occlusion_bake.lines
     before = layout(obj, CHART_MAP)
-    assert press("Bare") == {"FINISHED"}  # by the charts that are there
+    assert bake_onto("Bare") == {"FINISHED"}  # by the charts that are there
     np.testing.assert_array_equal(layout(obj, CHART_MAP), before)
     with pytest.raises(RuntimeError, match="press Bake again"):
         obj.data.vertices[0].co.x += 0.1  # the charts made before fit no more
         obj.data.update()
-        press("Bare")
+        bake_onto("Bare")
     np.testing.assert_array_equal(layout(obj, CHART_MAP), before)
 
 
-def test_an_artist_in_edit_mode_is_put_back(make: Any, settings: Any) -> None:
-    make.bare_cube("Bare")
-    make.cube("Edited", location=(4, 0, 0))
+def test_an_artist_in_edit_mode_is_put_back(settings: Any) -> None:
+    blender.bare_cube("Bare")
+    blender.cube("Edited", location=(4, 0, 0))
     bpy.ops.object.mode_set(mode="EDIT")
     bpy.data.objects["Bare"].select_set(True)
     settings(uv="SMART")
@@ -352,8 +350,8 @@ def test_an_artist_in_edit_mode_is_put_back(make: Any, settings: Any) -> None:
     assert CHART_MAP in bpy.data.objects["Bare"].data.uv_layers
 
 
-def test_the_command_unwraps_by_blender(make: Any, bake: Any) -> None:
-    make.bare_cube("Bare")
+def test_the_command_unwraps_by_blender(bake: Any) -> None:
+    blender.bare_cube("Bare")
     run_ = bake("--uv", "smart")
     assert (run_.status, run_.err) == (0, "")
     assert run_.report["notes"][0] == f"Bare: charts by Smart UV Project in the UV map {CHART_MAP}"
@@ -362,10 +360,10 @@ def test_the_command_unwraps_by_blender(make: Any, bake: Any) -> None:
 # The queue
 
 
-def test_the_state_of_each(make: Any) -> None:
-    make.plane("One")
-    make.plane("Two", uv=[(-5, -5)] * 4, location=(0, 0, 3))
-    make.plane("Three", location=(0, 0, 6))
+def test_the_state_of_each() -> None:
+    blender.plane("One")
+    blender.plane("Two", uv=[(-5, -5)] * 4, location=(0, 0, 3))
+    blender.plane("Three", location=(0, 0, 6))
     progress, outcome, seen = Progress(), Outcome(), []
     job = BakeJob(("One", "Two", "Three"), flat_settings(width=8, height=8, rays=1))
     run(bake_steps(bpy.context, job, progress, outcome, lambda result: seen.append(dict(outcome.states))), progress)

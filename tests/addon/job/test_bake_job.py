@@ -18,6 +18,7 @@ from occlusion_bake.addon.job.runner import run  # noqa: E402
 from occlusion_bake.core.base.errors import Cancelled, InputError  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
@@ -63,42 +64,42 @@ def seen() -> set[str]:
     return set(meshes_in_render(bpy.context.view_layer))
 
 
-def test_what_renders_is_baked_and_nothing_else(make: Any) -> None:
-    make.plane("Shown")
-    make.plane("Hidden").hide_render = True
-    make.plane("Not in the window").hide_viewport = True
-    make.plane("Closed eye").hide_set(True)
-    make.mesh("Points", ((0, 0, 0),), ())
+def test_what_renders_is_baked_and_nothing_else() -> None:
+    blender.plane("Shown")
+    blender.plane("Hidden").hide_render = True
+    blender.plane("Not in the window").hide_viewport = True
+    blender.plane("Closed eye").hide_set(True)
+    blender.mesh("Points", ((0, 0, 0),), ())
     bpy.ops.object.light_add()
     bpy.ops.curve.primitive_bezier_circle_add()
     assert seen() == {"Shown", "Not in the window", "Closed eye"}
 
 
-def test_collections_that_do_not_render(make: Any) -> None:
+def test_collections_that_do_not_render() -> None:
     shown, hidden, excluded = collection("Shown"), collection("Hidden"), collection("Excluded")
     inner = collection("Inner", hidden)
     hidden.hide_render = True
     bpy.context.view_layer.layer_collection.children["Excluded"].exclude = True
-    move(make.plane("A"), shown)
-    move(make.plane("B"), hidden)
-    move(make.plane("C"), inner)
-    move(make.plane("D"), excluded)
-    move(make.plane("E"), hidden, shown)
-    move(make.plane("F"), hidden, excluded)
+    move(blender.plane("A"), shown)
+    move(blender.plane("B"), hidden)
+    move(blender.plane("C"), inner)
+    move(blender.plane("D"), excluded)
+    move(blender.plane("E"), hidden, shown)
+    move(blender.plane("F"), hidden, excluded)
     assert seen() == {"A", "E"}
 
 
-def test_an_instancer_that_does_not_show_itself(make: Any) -> None:
+def test_an_instancer_that_does_not_show_itself() -> None:
     for name, shown in (("Scattered over", True), ("Scaffold", False)):
-        parent = make.plane(name)
+        parent = blender.plane(name)
         parent.instance_type = "VERTS"
         parent.show_instancer_for_render = shown
-        make.plane(f"Child of {name}").parent = parent
+        blender.plane(f"Child of {name}").parent = parent
     assert "Scattered over" in seen() and "Scaffold" not in seen()
 
 
-def test_faces_made_by_a_modifier_are_baked(make: Any) -> None:
-    profile = make.mesh("Lathe", ((1, 0, 0), (1, 0, 1)), ())
+def test_faces_made_by_a_modifier_are_baked() -> None:
+    profile = blender.mesh("Lathe", ((1, 0, 0), (1, 0, 1)), ())
     profile.data.edges.add(1)
     profile.data.edges[0].vertices = (0, 1)
     screw = profile.modifiers.new("Screw", "SCREW")
@@ -114,8 +115,8 @@ def baked_picture(run: Any, name: str) -> Any:
     return read_image(run.folder / f"{name}_ao.png")[0]
 
 
-def test_charts_leave_the_artists_maps_alone(bake: Any, make: Any) -> None:
-    obj = make.cube()
+def test_charts_leave_the_artists_maps_alone(bake: Any) -> None:
+    obj = blender.cube()
     obj.data.uv_layers.new(name="Second")
     before, active = uvs(obj), obj.data.uv_layers.active.name
     result = bake("--uv", "charts")
@@ -131,9 +132,9 @@ def test_charts_leave_the_artists_maps_alone(bake: Any, make: Any) -> None:
 
 
 @pytest.mark.parametrize("bare", [False, True])
-def test_the_saved_charts_give_the_same_texture(bake: Any, make: Any, bare: bool) -> None:
-    (make.bare_cube if bare else make.cube)("Cube")
-    make.plane("Ceiling", location=(0.4, 0.2, 1.3))
+def test_the_saved_charts_give_the_same_texture(bake: Any, bare: bool) -> None:
+    (blender.bare_cube if bare else blender.cube)("Cube")
+    blender.plane("Ceiling", location=(0.4, 0.2, 1.3))
     first = bake("--objects", "Cube", *(() if bare else ("--uv", "charts")))
     picture = baked_picture(first, "Cube")
     assert picture.min() < 0.5 and picture.max() == 1.0
@@ -146,8 +147,8 @@ def test_the_saved_charts_give_the_same_texture(bake: Any, make: Any, bare: bool
         assert not (first.folder / "scene_charts_charts.blend").exists()
 
 
-def test_charts_are_made_anew_for_another_mesh_or_size(make: Any) -> None:
-    obj = make.bare_cube()
+def test_charts_are_made_anew_for_another_mesh_or_size() -> None:
+    obj = blender.bare_cube()
     assert go("Bare")[0].charting.made == ["Bare"]
     first = uvs(obj)
     assert first.keys() == {CHART_MAP}
@@ -159,17 +160,17 @@ def test_charts_are_made_anew_for_another_mesh_or_size(make: Any) -> None:
     assert uvs(obj).keys() == {CHART_MAP} and uvs(obj) != first
 
 
-def test_only_meshes_without_a_map_get_charts_unasked(make: Any) -> None:
-    make.cube("Mapped")
-    make.bare_cube("Bare", location=(5, 0, 0))
+def test_only_meshes_without_a_map_get_charts_unasked() -> None:
+    blender.cube("Mapped")
+    blender.bare_cube("Bare", location=(5, 0, 0))
     outcome, results = go("Mapped", "Bare")
     assert outcome.charting.made == ["Bare"] and results.keys() == {"Mapped", "Bare"}
     assert CHART_MAP not in bpy.data.objects["Mapped"].data.uv_layers
     assert go("Mapped", "Bare", uv=CHARTS)[0].charting.made == ["Mapped"]
 
 
-def test_objects_that_share_a_mesh_share_its_charts(make: Any) -> None:
-    first = make.bare_cube("First")
+def test_objects_that_share_a_mesh_share_its_charts() -> None:
+    first = blender.bare_cube("First")
     second = bpy.data.objects.new("Second", first.data)
     second.location.x = 5.0
     bpy.context.scene.collection.objects.link(second)
@@ -178,8 +179,8 @@ def test_objects_that_share_a_mesh_share_its_charts(make: Any) -> None:
     np.testing.assert_array_equal(results["First"].maps["ao"].covered, results["Second"].maps["ao"].covered)
 
 
-def test_a_mesh_changed_while_its_charts_are_made(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    obj = make.bare_cube()
+def test_a_mesh_changed_while_its_charts_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    obj = blender.bare_cube()
 
     def edited_meanwhile(*arguments: Any, **options: Any) -> Any:
         obj.data.vertices[0].co.x -= 1.0
@@ -192,8 +193,8 @@ def test_a_mesh_changed_while_its_charts_are_made(make: Any, monkeypatch: pytest
     assert uvs(obj) == {}
 
 
-def test_a_linked_mesh_without_a_map_is_refused(make: Any, tmp_path: Path) -> None:
-    make.bare_cube()
+def test_a_linked_mesh_without_a_map_is_refused(tmp_path: Path) -> None:
+    blender.bare_cube()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "library.blend"))
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
@@ -206,18 +207,18 @@ def test_a_linked_mesh_without_a_map_is_refused(make: Any, tmp_path: Path) -> No
 # The steps
 
 
-def test_results_come_in_order_as_they_are_done(make: Any) -> None:
+def test_results_come_in_order_as_they_are_done() -> None:
     for place, name in enumerate("CAB"):
-        make.plane(name, location=(0, 0, place))
+        blender.plane(name, location=(0, 0, place))
     outcome, results = go("B", "C", "A")
     assert list(results) == outcome.finished == ["B", "C", "A"]
     assert outcome.refused == outcome.notes == []
     assert outcome.baker is not None
 
 
-def test_one_that_is_refused_on_delivery_does_not_stop_the_others(make: Any) -> None:
-    make.plane("One")
-    make.plane("Two", location=(0, 0, 3))
+def test_one_that_is_refused_on_delivery_does_not_stop_the_others() -> None:
+    blender.plane("One")
+    blender.plane("Two", location=(0, 0, 3))
 
     def deliver(result: Any) -> None:
         if result.name == "One":
@@ -231,8 +232,8 @@ def test_one_that_is_refused_on_delivery_does_not_stop_the_others(make: Any) -> 
 
 
 @pytest.mark.parametrize("bare", [False, True])
-def test_a_cancelled_bake_delivers_nothing(make: Any, bare: bool) -> None:
-    (make.bare_cube if bare else make.cube)("Thing")
+def test_a_cancelled_bake_delivers_nothing(bare: bool) -> None:
+    (blender.bare_cube if bare else blender.cube)("Thing")
     progress, outcome, results = Progress(), Outcome(), []
     progress.cancel()
     job = BakeJob(("Thing",), flat_settings(width=8, height=8))
@@ -242,9 +243,9 @@ def test_a_cancelled_bake_delivers_nothing(make: Any, bare: bool) -> None:
     assert CHART_MAP not in bpy.data.objects["Thing"].data.uv_layers
 
 
-def test_progress_never_falls_and_ends_at_one(make: Any) -> None:
-    make.plane("One")
-    make.plane("Two", location=(0, 0, 3))
+def test_progress_never_falls_and_ends_at_one() -> None:
+    blender.plane("One")
+    blender.plane("Two", location=(0, 0, 3))
     progress, seen = Progress(), []
     job = BakeJob(("One", "Two"), flat_settings(width=8, height=8, rays=1))
     run(bake_steps(bpy.context, job, progress, Outcome(), lambda *_: seen.append(progress.fraction)), progress)

@@ -18,18 +18,15 @@ from occlusion_bake.addon.materials.cutouts import MaterialOpacities, cutout_of 
 from occlusion_bake.addon.read.mesh_arrays import corners_of  # noqa: E402
 from occlusion_bake.core.scene.cutout import OPAQUE, Cutout, opacity  # noqa: E402
 from occlusion_bake.core.scene.image_texture import Wrap  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("empty_scene")
 TEXELS, SAMPLES = 8, 256
 # A bake spreads its samples over the whole texel from 5.0 on, over the middle half before.
 SPREAD = 1.0 if bpy.app.version >= (5, 0) else 0.5
 GREY = np.random.default_rng(1).random((4, 4))
 COLOURS = np.concatenate([np.random.default_rng(2).random((4, 4, 3)), np.ones((4, 4, 1))], axis=2)
 LOOSE = ((-0.5, -0.5), (1.5, -0.5), (1.5, 1.5), (-0.5, 1.5))
-
-
-@pytest.fixture(autouse=True)
-def scene(empty_scene: None) -> None:
-    """Each test begins with nothing."""
 
 
 class Tree:
@@ -93,10 +90,10 @@ def image(values: Any, name: str = "picture", space: str = "Non-Color", **settin
     return made
 
 
-def card(make: Any, *materials: Any, uv: Any = LOOSE, name: str = "Card") -> Any:
+def card(*materials: Any, uv: Any = LOOSE, name: str = "Card") -> Any:
     """A square of side 1 just above the floor, its UVs one and a half pictures about the middle one."""
     corners = [(-0.5, -0.5, 1e-4), (0.5, -0.5, 1e-4), (0.5, 0.5, 1e-4), (-0.5, 0.5, 1e-4)]
-    obj = make.mesh(name, corners, [(0, 1, 2, 3)], uv)
+    obj = blender.mesh(name, corners, [(0, 1, 2, 3)], uv)
     for material in materials:
         obj.data.materials.append(material)
     return obj
@@ -143,21 +140,21 @@ def means(found: Cutout) -> np.ndarray:
     return values.reshape(TEXELS, 16, TEXELS, 16).mean(axis=(1, 3))
 
 
-def baked(make: Any) -> np.ndarray:
+def baked() -> np.ndarray:
     """(TEXELS, TEXELS): what the card stops of Cycles' rays from the floor, which all meet it beside their origin."""
-    make.mesh("Floor", [(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], [(0, 1, 2, 3)], LOOSE)
+    blender.mesh("Floor", [(-0.5, -0.5, 0), (0.5, -0.5, 0), (0.5, 0.5, 0), (-0.5, 0.5, 0)], [(0, 1, 2, 3)], LOOSE)
     layer = bpy.data.objects["Floor"].data.uv_layers[0]
     layer.uv.foreach_set("vector", np.float32([0, 0, 1, 0, 1, 1, 0, 1]))
     settings = CyclesSettings((TEXELS, TEXELS), SAMPLES, None, 2, 0)
     return 1.0 - bake_ao(bpy.context, "Floor", settings).values
 
 
-def assert_as_cycles(make: Any, obj: Any, slack: float = 0.02) -> None:
+def assert_as_cycles(obj: Any, slack: float = 0.02) -> None:
     """On the floor's diagonal Cycles draws its samples anew where they leave a triangle, and its means are others."""
     off = ~np.eye(TEXELS, dtype=bool)[::-1]
     ours = means(cut(obj))
     assert np.ptp(ours) > 0.05
-    assert_allclose(baked(make)[off], ours[off], atol=slack)
+    assert_allclose(baked()[off], ours[off], atol=slack)
 
 
 # Against Cycles
@@ -165,30 +162,30 @@ def assert_as_cycles(make: Any, obj: Any, slack: float = 0.02) -> None:
 
 @pytest.mark.parametrize("interpolation", ["Linear", "Closest"])
 @pytest.mark.parametrize("extension", ["REPEAT", "EXTEND", "CLIP", "MIRROR"])
-def test_an_image_in_the_alpha_is_what_cycles_sees(make: Any, extension: str, interpolation: str) -> None:
+def test_an_image_in_the_alpha_is_what_cycles_sees(extension: str, interpolation: str) -> None:
     tree = Tree()
     texture = tree.image(extension=extension, interpolation=interpolation)
-    obj = card(make, tree.principled(texture.outputs["Alpha"]))
+    obj = card(tree.principled(texture.outputs["Alpha"]))
     (alpha,) = cut(obj).alphas
     assert (alpha.wrap, alpha.linear) == (Wrap[extension], interpolation == "Linear")
-    assert_as_cycles(make, obj)
+    assert_as_cycles(obj)
 
 
 @pytest.mark.parametrize("order", [("BsdfTransparent", "BsdfDiffuse"), ("Emission", "BsdfTransparent")])
-def test_a_mix_with_transparent_is_what_cycles_sees_beyond_the_edges_too(make: Any, order: Sequence[str]) -> None:
+def test_a_mix_with_transparent_is_what_cycles_sees_beyond_the_edges_too(order: Sequence[str]) -> None:
     tree = Tree()
-    assert_as_cycles(make, card(make, tree.mixed(tree.image(extension="CLIP").outputs["Alpha"], *order)))
+    assert_as_cycles(card(tree.mixed(tree.image(extension="CLIP").outputs["Alpha"], *order)))
 
 
 @pytest.mark.parametrize("space", ["sRGB", "Non-Color", "Linear Rec.709"])
-def test_a_colour_is_its_luminance_in_linear_light(make: Any, space: str) -> None:
+def test_a_colour_is_its_luminance_in_linear_light(space: str) -> None:
     tree = Tree()
-    assert_as_cycles(make, card(make, tree.mixed(tree.image(image(COLOURS, space=space)).outputs["Color"])))
+    assert_as_cycles(card(tree.mixed(tree.image(image(COLOURS, space=space)).outputs["Color"])))
 
 
 @pytest.mark.parametrize("linked", [False, True])
 @pytest.mark.parametrize("mode", ["STRAIGHT", "CHANNEL_PACKED", "NONE"])
-def test_a_colour_counts_as_much_as_its_alpha(make: Any, mode: str, linked: bool) -> None:
+def test_a_colour_counts_as_much_as_its_alpha(mode: str, linked: bool) -> None:
     """Unless the alpha is used beside it, or is none of it."""
     colours = COLOURS.copy()
     colours[..., 3] = GREY
@@ -197,7 +194,7 @@ def test_a_colour_counts_as_much_as_its_alpha(make: Any, mode: str, linked: bool
     factor = texture.outputs["Color"]
     if linked:
         factor = tree.node("Math", factor, texture.outputs["Alpha"], operation="MULTIPLY").outputs[0]
-    assert_as_cycles(make, card(make, tree.mixed(factor)))
+    assert_as_cycles(card(tree.mixed(factor)))
 
 
 @pytest.mark.parametrize(
@@ -212,11 +209,11 @@ def test_a_colour_counts_as_much_as_its_alpha(make: Any, mode: str, linked: bool
         ("ROUND", None, None),
     ],
 )
-def test_math_comes_after_interpolation(make: Any, operation: str, first: Any, second: Any) -> None:
+def test_math_comes_after_interpolation(operation: str, first: Any, second: Any) -> None:
     tree = Tree()
     alpha = tree.image().outputs["Alpha"]
     node = tree.node("Math", first or alpha, second or alpha, operation=operation)
-    assert_as_cycles(make, card(make, tree.principled(node.outputs[0])), slack=0.12)
+    assert_as_cycles(card(tree.principled(node.outputs[0])), slack=0.12)
 
 
 def _ramp(tree: Tree, colour: Any) -> Any:
@@ -247,14 +244,14 @@ def _mix(tree: Tree, colour: Any) -> Any:
     ],
     ids=["channel", "grey", "invert", "clamp", "ramp", "mix"],
 )
-def test_nodes_on_the_way_are_what_cycles_makes_of_them(make: Any, build: Callable[[Tree, Any], Any]) -> None:
+def test_nodes_on_the_way_are_what_cycles_makes_of_them(build: Callable[[Tree, Any], Any]) -> None:
     tree = Tree()
     colour = tree.image(image(COLOURS), interpolation="Closest").outputs["Color"]
-    assert_as_cycles(make, card(make, tree.principled(build(tree, colour))))
+    assert_as_cycles(card(tree.principled(build(tree, colour))))
 
 
 @pytest.mark.parametrize("kind", ["POINT", "TEXTURE", "VECTOR"])
-def test_a_mapping_is_what_cycles_makes_of_it(make: Any, kind: str) -> None:
+def test_a_mapping_is_what_cycles_makes_of_it(kind: str) -> None:
     """Of another UV map than the one for renders."""
     tree = Tree()
     mapping = tree.node("Mapping", tree.node("UVMap", uv_map="Other").outputs[0], vector_type=kind)
@@ -264,18 +261,18 @@ def test_a_mapping_is_what_cycles_makes_of_it(make: Any, kind: str) -> None:
     mapping.inputs["Scale"].default_value = (1.5, 0.7, 2.0)
     texture = tree.image(extension="MIRROR", interpolation="Closest")
     tree.put(mapping.outputs[0], texture.inputs["Vector"])
-    obj = card(make, tree.principled(texture.outputs["Alpha"]))
+    obj = card(tree.principled(texture.outputs["Alpha"]))
     obj.data.uv_layers.new(name="Other").uv.foreach_set("vector", np.float32([0, 0, 0, 1, 1, 1, 1, 0]))
-    assert_as_cycles(make, obj, slack=0.04)
+    assert_as_cycles(obj, slack=0.04)
 
 
-def test_light_that_passes_is_what_cycles_counts(make: Any) -> None:
+def test_light_that_passes_is_what_cycles_counts() -> None:
     """At a height, where rays of all slopes go through different texels: the mean over them from each texel's middle,
     through a card far larger than the floor."""
     tree = Tree()
-    obj = card(make, tree.principled(tree.image(np.eye(4)).outputs["Alpha"]), uv=((0, 0), (64, 0), (64, 64), (0, 64)))
+    obj = card(tree.principled(tree.image(np.eye(4)).outputs["Alpha"]), uv=((0, 0), (64, 0), (64, 64), (0, 64)))
     obj.scale, obj.location.z = (64.0, 64.0, 1.0), 0.15
-    seen = 1.0 - baked(make)
+    seen = 1.0 - baked()
     assert np.ptp(seen) > 0.2
     ours = _open(cut(obj), 0.1501)
     off = ~np.eye(TEXELS, dtype=bool)[::-1]
@@ -322,9 +319,9 @@ SHADERS = {
 
 
 @pytest.mark.parametrize("build", SHADERS.values(), ids=SHADERS.keys())
-def test_constants_are_what_cycles_sees(make: Any, build: Callable[[Tree], Any]) -> None:
-    obj = card(make, build(Tree()))
-    assert baked(make).mean() == pytest.approx(one_value(obj), abs=0.01)
+def test_constants_are_what_cycles_sees(build: Callable[[Tree], Any]) -> None:
+    obj = card(build(Tree()))
+    assert baked().mean() == pytest.approx(one_value(obj), abs=0.01)
 
 
 OPAQUES = {
@@ -341,39 +338,39 @@ OPAQUES = {
 
 
 @pytest.mark.parametrize("build", OPAQUES.values(), ids=OPAQUES.keys())
-def test_what_is_opaque_to_cycles_is_so_without_a_word(make: Any, build: Callable[[Tree], Any]) -> None:
-    obj = card(make, build(Tree()))
-    assert baked(make).min() > 0.98
+def test_what_is_opaque_to_cycles_is_so_without_a_word(build: Callable[[Tree], Any]) -> None:
+    obj = card(build(Tree()))
+    assert baked().min() > 0.98
     assert read(obj) == (None, [])
 
 
-def test_a_material_without_transparent_shadows_is_opaque(make: Any) -> None:
+def test_a_material_without_transparent_shadows_is_opaque() -> None:
     material = Tree().principled(0.3)
     material.use_transparent_shadow = False
-    obj = card(make, material)
-    assert baked(make).min() > 0.98
+    obj = card(material)
+    assert baked().min() > 0.98
     assert read(obj) == (None, [])
 
 
-def test_a_map_that_is_not_there_lies_at_its_origin(make: Any) -> None:
+def test_a_map_that_is_not_there_lies_at_its_origin() -> None:
     for uv, name in ((LOOSE, "Nope"), (None, "")):
         bpy.ops.wm.read_factory_settings(use_empty=True)
         tree = Tree()
         texture = tree.image(interpolation="Closest")
         tree.put(tree.node("UVMap", uv_map=name).outputs[0], texture.inputs["Vector"])
-        obj = card(make, tree.principled(texture.outputs["Alpha"]), uv=uv)
+        obj = card(tree.principled(texture.outputs["Alpha"]), uv=uv)
         assert_allclose(means(cut(obj)), GREY[3, 0], atol=0.003)
-        assert_allclose(baked(make), GREY[3, 0], atol=0.01)
+        assert_allclose(baked(), GREY[3, 0], atol=0.01)
 
 
 # Slots
 
 
-def test_each_polygon_has_the_opacity_of_its_slot(make: Any) -> None:
+def test_each_polygon_has_the_opacity_of_its_slot() -> None:
     """Five faces side by side: of an opaque material, a clear one, an empty slot, an image, a slot that is not."""
     corners = [(x, y, 0.0) for x in range(6) for y in range(2)]
     faces = [(2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1) for i in range(5)]
-    obj = make.mesh("Row", corners, faces, [LOOSE] * 5)
+    obj = blender.mesh("Row", corners, faces, [LOOSE] * 5)
     tree = Tree("image")
     materials = [Tree("shut").principled(1.0), Tree("clear").principled(0.0), None]
     for material in (*materials, tree.principled(tree.image().outputs["Alpha"])):
@@ -386,25 +383,25 @@ def test_each_polygon_has_the_opacity_of_its_slot(make: Any) -> None:
     assert_array_equal(found.uv[6:8], loose[corners_of(obj.data)[6:8] % 4])
 
 
-def test_a_slot_of_the_object_comes_before_the_meshs(make: Any) -> None:
-    obj = card(make, Tree("shut").principled(1.0))
+def test_a_slot_of_the_object_comes_before_the_meshs() -> None:
+    obj = card(Tree("shut").principled(1.0))
     assert read(obj) == (None, [])
     obj.material_slots[0].link = "OBJECT"
     obj.material_slots[0].material = Tree("half").principled(0.5)
     assert one_value(obj) == 0.5
 
 
-def test_a_material_can_stand_for_all(make: Any) -> None:
+def test_a_material_can_stand_for_all() -> None:
     """As Cycles has it where the view layer says so; also on an object without a slot."""
     override = Tree("override").principled(0.25)
-    for obj in (card(make, Tree("shut").principled(1.0)), card(make, name="Bare")):
+    for obj in (card(Tree("shut").principled(1.0)), card(name="Bare")):
         found, _ = read(obj, MaterialOpacities(override))
         assert found is not None and found.alphas[0].values.tolist() == [[0.25]]
 
 
-def test_an_object_without_materials_is_opaque(make: Any) -> None:
-    assert read(card(make)) == (None, [])
-    assert read(card(make, None, name="Empty slot")) == (None, [])
+def test_an_object_without_materials_is_opaque() -> None:
+    assert read(card()) == (None, [])
+    assert read(card(None, name="Empty slot")) == (None, [])
 
 
 # Through the tree
@@ -420,7 +417,7 @@ def group_of(build: Callable[[Any, Any, Any], None], *sockets: tuple[str, str, s
     return group
 
 
-def test_groups_are_followed_in_and_out_again(make: Any) -> None:
+def test_groups_are_followed_in_and_out_again() -> None:
     """An alpha that goes into a group, into one within it, and comes out as a shader; and one that stays as it is."""
 
     def halve(group: Any, entry: Any, leave: Any) -> None:
@@ -443,31 +440,31 @@ def test_groups_are_followed_in_and_out_again(make: Any) -> None:
     tree = Tree()
     node = tree.node("Group", node_tree=outer)
     node.inputs[0].default_value = 0.6
-    obj = card(make, tree.surface(node))
+    obj = card(tree.surface(node))
     assert one_value(obj) == pytest.approx(0.3)
     tree.put(tree.image().outputs["Alpha"], node.inputs[0])
-    assert_as_cycles(make, obj)
+    assert_as_cycles(obj)
 
 
-def test_reroutes_and_muted_nodes_are_passed(make: Any) -> None:
+def test_reroutes_and_muted_nodes_are_passed() -> None:
     tree = Tree()
     muted = tree.node("Math", tree.image().outputs["Alpha"], 0.2, operation="POWER")
     muted.mute = True
     reroute = tree.nodes.new("NodeReroute")
     tree.put(muted.outputs[0], reroute.inputs[0])
-    assert_as_cycles(make, card(make, tree.principled(reroute.outputs[0])))
+    assert_as_cycles(card(tree.principled(reroute.outputs[0])))
 
 
-def test_a_muted_link_leaves_the_sockets_own_value(make: Any) -> None:
+def test_a_muted_link_leaves_the_sockets_own_value() -> None:
     tree = Tree()
     material = tree.mixed(tree.image().outputs["Alpha"])
     mixer = next(node for node in tree.nodes if node.type == "MIX_SHADER")
     mixer.inputs[0].default_value = 0.75
     mixer.inputs[0].links[0].is_muted = True
-    assert one_value(card(make, material)) == 0.75
+    assert one_value(card(material)) == 0.75
 
 
-def test_the_output_that_cycles_takes_is_read(make: Any) -> None:
+def test_the_output_that_cycles_takes_is_read() -> None:
     """Of several, not that for EEVEE."""
     tree = Tree()
     tree.output.target = "CYCLES"
@@ -476,16 +473,16 @@ def test_the_output_that_cycles_takes_is_read(make: Any) -> None:
     other.target = "EEVEE"
     other.is_active_output = True
     tree.links.new(tree.node("BsdfTransparent").outputs[0], other.inputs["Surface"])
-    assert one_value(card(make, material)) == 0.5
+    assert one_value(card(material)) == 0.5
 
 
-def test_two_sockets_of_one_image_are_combined(make: Any) -> None:
+def test_two_sockets_of_one_image_are_combined() -> None:
     colours = COLOURS.copy()
     colours[..., 3] = GREY
     tree = Tree()
     texture = tree.image(image(colours, space="sRGB"))
     product = tree.node("Math", texture.outputs["Color"], texture.outputs["Alpha"], operation="MULTIPLY")
-    assert_as_cycles(make, card(make, tree.principled(product.outputs[0])), slack=0.04)
+    assert_as_cycles(card(tree.principled(product.outputs[0])), slack=0.04)
 
 
 # What is not read
@@ -547,42 +544,40 @@ def movie(tree: Tree) -> Any:
         (lambda tree: tree.mixed(tree.node("LightPath").outputs["Ray Length"]), ("Ray Length of a node Light Path",)),
     ],
 )
-def test_what_is_not_read_blocks_light_and_is_said(
-    make: Any, build: Callable[[Tree], Any], words: Sequence[str]
-) -> None:
-    said = line(card(make, build(Tree("leaf"))))
+def test_what_is_not_read_blocks_light_and_is_said(build: Callable[[Tree], Any], words: Sequence[str]) -> None:
+    said = line(card(build(Tree("leaf"))))
     assert said.startswith("leaf: ")
     for word in words:
         assert word in said
 
 
-def test_an_image_of_one_side_of_a_mix_does_not_matter_where_the_factor_leaves_it_out(make: Any) -> None:
+def test_an_image_of_one_side_of_a_mix_does_not_matter_where_the_factor_leaves_it_out() -> None:
     tree = Tree()
     inner = tree.node("MixShader", tree.node("TexWave").outputs["Color"])
     mixer = tree.node("MixShader", 0.0, tree.node("BsdfTransparent").outputs[0], inner.outputs[0])
-    assert one_value(card(make, tree.surface(mixer))) == 0.0
+    assert one_value(card(tree.surface(mixer))) == 0.0
 
 
-def test_coloured_transparency_is_grey_and_said(make: Any) -> None:
+def test_coloured_transparency_is_grey_and_said() -> None:
     tree = Tree("glass")
-    found, lines = read(card(make, tree.surface(tree.node("BsdfTransparent", (0.2, 0.5, 0.9, 1.0)))))
+    found, lines = read(card(tree.surface(tree.node("BsdfTransparent", (0.2, 0.5, 0.9, 1.0)))))
     assert found is not None
     assert found.alphas[0].values[0, 0] == pytest.approx(1.0 - 0.2126 * 0.2 - 0.7152 * 0.5 - 0.0722 * 0.9, abs=1e-3)
     assert lines == ["glass: its transparency is coloured; light passes as if it were grey"]
 
 
-def test_a_volume_alone_is_clear_and_said(make: Any) -> None:
+def test_a_volume_alone_is_clear_and_said() -> None:
     tree = Tree("fog")
     volume = tree.node("VolumeAbsorption")
     tree.links.new(volume.outputs[0], tree.output.inputs["Volume"])
-    found, lines = read(card(make, tree.material))
+    found, lines = read(card(tree.material))
     assert found is not None and found.alphas[0].values[0, 0] == 0.0
     assert lines == ["fog: it is a volume alone; light passes through it as if it were clear"]
 
 
-def test_a_line_is_said_once_a_material(make: Any) -> None:
+def test_a_line_is_said_once_a_material() -> None:
     opacities, material = MaterialOpacities(), wave(Tree("leaf"))
-    first, second = card(make, material, material), card(make, material, name="Other")
+    first, second = card(material, material), card(material, name="Other")
     assert len(read(first, opacities)[1]) == 1
     assert read(second, opacities)[1] == []
 
@@ -599,44 +594,44 @@ def reads(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
-def test_an_image_is_read_once_and_held_once(make: Any, reads: list[str]) -> None:
+def test_an_image_is_read_once_and_held_once(reads: list[str]) -> None:
     picture, opacities = image(GREY), MaterialOpacities()
     found = []
     for number in range(3):
         tree = Tree(f"leaf {number}")
         material = tree.principled(tree.image(picture).outputs["Alpha"])
-        found.append(read(card(make, material, name=f"Card {number}"), opacities)[0])
+        found.append(read(card(material, name=f"Card {number}"), opacities)[0])
     assert reads == ["picture"]
     assert found[0].alphas[0] is found[1].alphas[0] is found[2].alphas[0]
 
 
-def test_a_colour_is_no_reason_to_read_an_image(make: Any, reads: list[str]) -> None:
+def test_a_colour_is_no_reason_to_read_an_image(reads: list[str]) -> None:
     tree = Tree()
     tree.principled(1.0)
     shader = next(node for node in tree.nodes if node.type == "BSDF_PRINCIPLED")
     tree.put(tree.image().outputs["Color"], shader.inputs["Base Color"])
-    assert read(card(make, tree.material)) == (None, [])
+    assert read(card(tree.material)) == (None, [])
     assert reads == []
 
 
-def test_an_image_without_alpha_is_opaque(make: Any, tmp_path: Path, reads: list[str]) -> None:
+def test_an_image_without_alpha_is_opaque(tmp_path: Path, reads: list[str]) -> None:
     """None in its file, or none of it used; the latter is known without its pixels."""
     for mode, picture in (("NONE", image(GREY, alpha_mode="NONE")), ("full", image(np.ones((4, 4))))):
         tree = Tree(mode)
-        assert read(card(make, tree.principled(tree.image(picture).outputs["Alpha"]), name=mode)) == (None, [])
+        assert read(card(tree.principled(tree.image(picture).outputs["Alpha"]), name=mode)) == (None, [])
     assert reads == ["picture.001"]
     picture = bpy.data.images.new("plain", 4, 4, alpha=False)
     picture.filepath_raw, picture.file_format = str(tmp_path / "plain.png"), "PNG"
     picture.save()
     loaded = bpy.data.images.load(str(tmp_path / "plain.png"))
     tree = Tree("file")
-    assert read(card(make, tree.principled(tree.image(loaded).outputs["Alpha"]), name="file")) == (None, [])
+    assert read(card(tree.principled(tree.image(loaded).outputs["Alpha"]), name="file")) == (None, [])
 
 
-def test_a_file_is_read_as_well_as_a_packed_image(make: Any, tmp_path: Path) -> None:
+def test_a_file_is_read_as_well_as_a_packed_image(tmp_path: Path) -> None:
     picture = image(COLOURS * (1.0, 1.0, 1.0, 0.5), space="sRGB")
     picture.filepath_raw, picture.file_format = str(tmp_path / "leaf.png"), "PNG"
     picture.save()
     loaded = bpy.data.images.load(str(tmp_path / "leaf.png"))
     tree = Tree()
-    assert_as_cycles(make, card(make, tree.mixed(tree.image(loaded).outputs["Color"])))
+    assert_as_cycles(card(tree.mixed(tree.image(loaded).outputs["Color"])))

@@ -11,8 +11,8 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.materials.image_pixels import ImagePixels, Unreadable  # noqa: E402
 from occlusion_bake.addon.materials.normal_maps import material_normal_map  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 LEANING = np.array((0.6, 0.0, 0.8))
@@ -93,9 +93,9 @@ def compared(bake: Any, *words: str) -> Any:
         {"space": "sRGB"},
     ],
 )
-def test_ao_is_as_cycles_bakes_it(paint: Any, make: Any, bake: Any) -> None:
+def test_ao_is_as_cycles_bakes_it(paint: Any, bake: Any) -> None:
     obj = sphere()
-    floor = make.plane("Floor", location=(0.0, 0.0, -1.05))
+    floor = blender.plane("Floor", location=(0.0, 0.0, -1.05))
     floor.scale = (4.0, 4.0, 1.0)
     coat = Paint(waves(), **paint)
     if paint.get("uv"):
@@ -115,7 +115,7 @@ def test_without_them_the_comparison_says_why_it_differs(bake: Any) -> None:
     assert entry["cycles"]["rmse"] > 0.04 and entry["mean"]["ao"] > entry["cycles"]["rmse"]
 
 
-def test_it_is_read_through_groups_and_mixes(make: Any) -> None:
+def test_it_is_read_through_groups_and_mixes() -> None:
     """Of several shaders those without normals, as a transparent one, do not count."""
     coat = Paint(LEANING)
     mix, clear = (coat.tree.nodes.new(f"Shader{kind}") for kind in ("NodeMixShader", "NodeBsdfTransparent"))
@@ -130,7 +130,7 @@ def test_it_is_read_through_groups_and_mixes(make: Any) -> None:
     assert "not the same in all of its shaders" in coat.line()
 
 
-def test_what_is_not_read_is_said(make: Any) -> None:
+def test_what_is_not_read_is_said() -> None:
     bumped = Paint(LEANING)
     bumped.tree.links.new(bumped.tree.nodes.new("ShaderNodeBump").outputs[0], bumped.surface.inputs["Normal"])
     assert bumped.line() == "what reaches its normal is a node Bump, which is not read"
@@ -154,13 +154,13 @@ def test_directx_green_points_down() -> None:
 
 
 def read(*names: str) -> tuple[Any, list[str]]:
-    scene, lines = read_scene(bpy.context, bpy.context.view_layer, SceneRequest(names, normal_maps=True))
+    scene, lines = blender.read(names, normal_maps=True)
     return scene.targets[0].normal_map, lines
 
 
-def test_slots_have_their_own(make: Any) -> None:
+def test_slots_have_their_own() -> None:
     """And an object that is baked without them is not looked at."""
-    cube = make.cube("Cube")
+    cube = blender.cube("Cube")
     plain, coat = bpy.data.materials.new("Plain"), Paint(waves())
     for material in (plain, coat.material):
         cube.data.materials.append(material)
@@ -168,25 +168,25 @@ def test_slots_have_their_own(make: Any) -> None:
     found, lines = read("Cube")
     assert lines == [] and len(found.layers) == 1
     assert (found.layer >= 0).sum() == 2 and (found.layer[4:6] == 0).all()
-    scene, _ = read_scene(bpy.context, bpy.context.view_layer, SceneRequest(["Cube"]))
+    scene, _ = blender.read(["Cube"])
     assert scene.targets[0].normal_map is None
 
 
-def test_a_material_that_stands_for_all_counts_without_slots(make: Any) -> None:
-    make.cube("Cube")
+def test_a_material_that_stands_for_all_counts_without_slots() -> None:
+    blender.cube("Cube")
     bpy.context.view_layer.material_override = Paint(waves()).material
     found, lines = read("Cube")
     assert lines == [] and (found.layer == 0).all()
 
 
-def test_tangents_that_do_not_exist(make: Any, bake: Any) -> None:
-    cube = make.cube("Cube")
+def test_tangents_that_do_not_exist(bake: Any) -> None:
+    cube = blender.cube("Cube")
     cube.data.materials.append(Paint(waves(), uv="Elsewhere").material)
     found, lines = read("Cube")
     assert found is None and lines[0].startswith("Cube: it has no UV map Elsewhere")
     ring = np.linspace(0, 2 * np.pi, 6)[:-1]
     corners = np.stack([np.cos(ring), np.sin(ring), 0 * ring], axis=1)
-    fan = make.mesh("Pentagon", corners.tolist(), [range(5)], 0.5 + 0.4 * corners[:, :2])
+    fan = blender.mesh("Pentagon", corners.tolist(), [range(5)], 0.5 + 0.4 * corners[:, :2])
     fan.data.materials.append(Paint(waves()).material)
     with pytest.raises(InputError, match=r"Pentagon: it has faces of more than four corners.*without normal maps"):
         read("Pentagon")

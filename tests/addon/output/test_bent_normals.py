@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import bake_onto, pixels, set_panel  # noqa: E402
 
 SIZE = 64
 PANEL = {"width": SIZE, "height": SIZE, "margin": 8, "quality": "RAYS", "rays": 64, "use_ao": True}
@@ -36,13 +37,6 @@ def cup(registered: None) -> Any:
     return obj
 
 
-def pixels(name: str) -> np.ndarray:
-    image = bpy.data.images[name]
-    values = np.empty((*tuple(image.size)[::-1], 4), dtype=np.float32)
-    image.pixels.foreach_get(values.reshape(-1))
-    return values
-
-
 def bake_normals_with_cycles(obj: Any, image: Any) -> np.ndarray:
     """What Cycles takes for the object-space normal where the material reads the image as a tangent-space map."""
     scene = bpy.context.scene
@@ -65,14 +59,12 @@ def bake_normals_with_cycles(obj: Any, image: Any) -> np.ndarray:
     return pixels("Cycles Normals")
 
 
-def test_cycles_reads_the_tangent_space_map_as_the_object_space_one(
-    cup: Any, set_panel: Callable[..., Any], press: Callable[..., set[str]]
-) -> None:
+def test_cycles_reads_the_tangent_space_map_as_the_object_space_one(cup: Any) -> None:
     """The same directions told in two ways; through Cycles' normal map node the one becomes the other."""
     found = {}
     for space in ("OBJECT", "TANGENT"):
         set_panel(**PANEL, use_bent=True, bent_space=space)
-        assert press("Cup") == {"FINISHED"}
+        assert bake_onto("Cup") == {"FINISHED"}
         found[space] = pixels("Cup Bent")[..., :3]
     seen = bake_normals_with_cycles(cup, bpy.data.images["Cup Bent"])
     covered = np.any(seen[..., :3] != 0.0, axis=2)
@@ -84,49 +76,43 @@ def test_cycles_reads_the_tangent_space_map_as_the_object_space_one(
     assert np.mean(found["TANGENT"][covered][:, 2]) > 0.8  # and is no object-space map itself
 
 
-def test_panel_and_command_write_the_same(
-    cup: Any, set_panel: Callable[..., Any], press: Callable[..., set[str]], tmp_path: Path
-) -> None:
+def test_panel_and_command_write_the_same(cup: Any, tmp_path: Path) -> None:
     set_panel(
         **PANEL, use_bent=True, bent_y="DOWN", bent_alpha=True, output="SAVED", path=str(tmp_path / "{object}_{map}"),
         format="PNG", depth="16",
     )  # fmt: skip
-    assert press("Cup") == {"FINISHED"}
+    assert bake_onto("Cup") == {"FINISHED"}
     values, told = read_image(tmp_path / "Cup_bent.png")
     assert values.shape == (SIZE, SIZE, 4)
     assert (told["map"], told["space"], told["green"]) == ("bent normal", "tangent", "down")
     ao, _ = read_image(tmp_path / "Cup_ao.png")
     np.testing.assert_allclose(values[..., 3], ao[..., 0], atol=1e-4)
     set_panel(bent_y="UP")
-    press("Cup")
+    bake_onto("Cup")
     up, _ = read_image(tmp_path / "Cup_bent.png")
     np.testing.assert_allclose(up[..., 1], 1.0 - values[..., 1], atol=2e-4)
 
 
-def test_faces_without_tangents_are_refused_in_a_line(
-    registered: None, set_panel: Callable[..., Any], press: Callable[..., set[str]], make: Any
-) -> None:
+def test_faces_without_tangents_are_refused_in_a_line(registered: None) -> None:
     ring = np.linspace(0, 2 * np.pi, 7)[:-1]
     corners = np.stack([np.cos(ring), np.sin(ring), 0 * ring], axis=1)
-    make.mesh("Hexagon", corners.tolist(), [range(6)], 0.5 + 0.4 * corners[:, :2])
+    blender.mesh("Hexagon", corners.tolist(), [range(6)], 0.5 + 0.4 * corners[:, :2])
     set_panel(**PANEL, use_bent=True, bent_space="TANGENT", output="PACKED")
     with pytest.raises(RuntimeError, match="Hexagon: it has faces of more than four corners"):
-        press("Hexagon")
+        bake_onto("Hexagon")
     set_panel(bent_space="OBJECT")
-    assert press("Hexagon") == {"FINISHED"}
+    assert bake_onto("Hexagon") == {"FINISHED"}
     np.testing.assert_allclose(pixels("Hexagon Bent")[SIZE // 2, SIZE // 2, :3], (0.5, 0.5, 1.0), atol=0.02)
 
 
-def test_tiles_of_a_layout_have_every_map(
-    registered: None, set_panel: Callable[..., Any], press: Callable[..., set[str]], make: Any
-) -> None:
+def test_tiles_of_a_layout_have_every_map(registered: None) -> None:
     """A code as its pictures, as where there is one tile."""
     square = np.array([(0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9)])
     corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=float)
     vertices = np.concatenate([corners, np.add(corners, (4, 0, 0))]).tolist()
-    make.mesh("Strip", vertices, (range(4), range(4, 8)), np.concatenate([square, np.add(square, (1, 0))]))
+    blender.mesh("Strip", vertices, (range(4), range(4, 8)), np.concatenate([square, np.add(square, (1, 0))]))
     set_panel(**PANEL, use_bent=True, bent_space="TANGENT", use_code=True, code="SH", code_degree=3, output="PACKED")
-    assert press("Strip") == {"FINISHED"}
+    assert bake_onto("Strip") == {"FINISHED"}
     names = ["Strip AO", "Strip Bent", *(f"Strip SH 3 {number}" for number in range(4))]
     for name in names:
         image = bpy.data.images[name]

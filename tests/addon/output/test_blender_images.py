@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from occlusion_bake.addon.output.blender_images import show_picture, store  # no
 from occlusion_bake.core.finish.baked import Baked, BakedMap, SurfaceReport  # noqa: E402
 from occlusion_bake.core.maps.occlusion import OcclusionMap  # noqa: E402
 from occlusion_bake.core.rays.map_spec import MapSpec  # noqa: E402
+from occlusion_bake.tests.oracles.blender import pixels  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -32,13 +32,6 @@ def baked(
         return BakedMap(values, covered, covered.astype(np.float32), **told, kind=kind)
 
     return Baked(name, size, SurfaceReport(values.size), values.size, {each: made(each) for each in maps})
-
-
-def pixels(image: Any) -> Any:
-    """(h, w, 4), row 0 at the top."""
-    values = np.empty(4 * image.size[0] * image.size[1], np.float32)
-    image.pixels.foreach_get(values)
-    return values.reshape(image.size[1], image.size[0], 4)[::-1]
 
 
 # Images

@@ -9,16 +9,15 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import press  # noqa: E402
+
 
 @pytest.fixture(autouse=True)
 def scene(registered: None, empty_scene: None) -> Any:
     chosen = bpy.context.scene.occlusion_bake
     chosen.quality, chosen.rays, chosen.threads, chosen.output = "RAYS", 64, 2, "COLOURS"
     return chosen
-
-
-def press() -> set[str]:
-    return bpy.ops.occlusion_bake.bake()
 
 
 def colours(obj: Any, name: str = "AO") -> Any:
@@ -29,9 +28,9 @@ def colours(obj: Any, name: str = "AO") -> Any:
     return values.reshape(-1, 4)
 
 
-def test_a_mesh_without_uvs_gets_colours_and_nothing_else(make: Any, scene: Any) -> None:
-    obj = make.bare_cube(location=(0, 0, 1))
-    make.plane("Floor", location=(0, 0, -0.001)).scale = (5, 5, 1)
+def test_a_mesh_without_uvs_gets_colours_and_nothing_else(scene: Any) -> None:
+    obj = blender.bare_cube(location=(0, 0, 1))
+    blender.plane("Floor", location=(0, 0, -0.001)).scale = (5, 5, 1)
     obj.select_set(True)
     bpy.data.objects["Floor"].select_set(False)
     scene.use_ro = True
@@ -47,17 +46,17 @@ def test_a_mesh_without_uvs_gets_colours_and_nothing_else(make: Any, scene: Any)
     assert values[sides & (height < 0), 0].max() < values[sides & (height > 0), 0].min()
 
 
-def test_again_into_the_same_attribute(make: Any, scene: Any) -> None:
-    obj = make.cube()
+def test_again_into_the_same_attribute(scene: Any) -> None:
+    obj = blender.cube()
     press()
     scene.use_ground = True
     press()
     assert [each.name for each in obj.data.color_attributes] == ["AO"] and colours(obj)[:, 0].min() < 0.1
 
 
-def test_a_bent_mesh_is_baked_as_it_is_bent(make: Any, scene: Any) -> None:
+def test_a_bent_mesh_is_baked_as_it_is_bent(scene: Any) -> None:
     """A modifier that moves vertices counts, and one that makes others is refused by a line, nothing changed."""
-    obj = make.cube()
+    obj = blender.cube()
     obj.modifiers.new("Cast", "CAST").factor = 0.5
     assert press() == {"FINISHED"}
     obj.data.color_attributes.remove(obj.data.color_attributes["AO"])
@@ -67,17 +66,17 @@ def test_a_bent_mesh_is_baked_as_it_is_bent(make: Any, scene: Any) -> None:
     assert not obj.data.color_attributes
 
 
-def test_an_attribute_of_another_kind_stays(make: Any) -> None:
-    obj = make.cube()
+def test_an_attribute_of_another_kind_stays() -> None:
+    obj = blender.cube()
     obj.data.attributes.new("AO", "FLOAT", "POINT").data[0].value = 0.25
     with pytest.raises(RuntimeError, match="Cube: it has an attribute AO of another kind"):
         press()
     assert obj.data.attributes["AO"].data[0].value == 0.25
 
 
-def test_several_at_once(make: Any) -> None:
+def test_several_at_once() -> None:
     for x in (0, 3):
-        make.cube(f"Cube {x}", location=(x, 0, 0))
+        blender.cube(f"Cube {x}", location=(x, 0, 0))
     bpy.ops.object.select_all(action="SELECT")
     assert press() == {"FINISHED"}
     assert all("AO" in obj.data.color_attributes for obj in bpy.data.objects)

@@ -13,35 +13,19 @@ bpy = pytest.importorskip("bpy")
 from occlusion_bake.addon.ui.request import KEPT, request_from_image  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import pixels, press, select  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
-def scene(registered: None, empty_scene: None, make: Any) -> Any:
+def scene(registered: None, empty_scene: None) -> Any:
     """A floor beside a wall, selected."""
-    make.wall()
-    select(make.plane("Floor"))
+    blender.wall()
+    select(blender.plane("Floor"))
     chosen = bpy.context.scene.occlusion_bake
     chosen.width = chosen.height = 32
     chosen.quality, chosen.rays, chosen.margin, chosen.threads = "RAYS", 16, 2, 2
     return chosen
-
-
-def select(*objects: Any) -> None:
-    bpy.ops.object.select_all(action="DESELECT")
-    for obj in objects:
-        obj.select_set(True)
-    bpy.context.view_layer.objects.active = objects[0]
-
-
-def press() -> set[str]:
-    return bpy.ops.occlusion_bake.bake()
-
-
-def pixels(image: Any) -> Any:
-    """(h, w, 4), row 0 at the top."""
-    values = np.empty(4 * image.size[0] * image.size[1], np.float32)
-    image.pixels.foreach_get(values)
-    return values.reshape(image.size[1], image.size[0], 4)[::-1]
 
 
 def values() -> Any:
@@ -175,7 +159,7 @@ def test_dither_keeps_the_mean_of_what_is_between_two_steps(scene: Any) -> None:
     assert abs(means[True]) < 4 * 0.5 / np.sqrt(np.count_nonzero(right < 1.0))
 
 
-def test_a_channel_that_cannot_be_filled(scene: Any, make: Any) -> None:
+def test_a_channel_that_cannot_be_filled(scene: Any) -> None:
     scene.output = "CHANNEL"
     with pytest.raises(RuntimeError, match="none is chosen"):
         press()

@@ -10,16 +10,18 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import bake_onto, set_panel  # noqa: E402
 
 SIZE, SAMPLES = 32, 1024
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
 @pytest.fixture
-def lit(make: Any) -> None:
+def lit() -> None:
     """A floor beside a wall, under a sky that is warm on one side."""
-    make.plane("Floor")
-    make.wall()
+    blender.plane("Floor")
+    blender.wall()
     world = bpy.data.worlds.new("Sky")
     bpy.context.scene.world = world
     if bpy.app.version < (5, 0):
@@ -72,14 +74,14 @@ def test_the_light_is_that_of_cycles_diffuse_bake(lit: None, bake: Any) -> None:
     assert 0.2 < share[..., 0].min() < 0.95 and share.max() <= 1.0
 
 
-def test_without_a_world_a_line_says_so(make: Any, bake: Any) -> None:
-    make.plane("Floor")
+def test_without_a_world_a_line_says_so(bake: Any) -> None:
+    blender.plane("Floor")
     bpy.context.scene.world = None
     bake("--maps", "light-share").refused("no World")
 
 
-def test_the_panel_bakes_coloured_pictures(lit: None, registered: None, set_panel: Any, press: Any) -> None:
+def test_the_panel_bakes_coloured_pictures(lit: None, registered: None) -> None:
     set_panel(width=SIZE, height=SIZE, quality="RAYS", rays=64, use_ao=False, use_light=True, light_picture="BOTH")
-    assert press("Floor") == {"FINISHED"}
+    assert bake_onto("Floor") == {"FINISHED"}
     names = {image.name for image in bpy.data.images}
     assert {"Floor Light", "Floor Light ratio"} <= names

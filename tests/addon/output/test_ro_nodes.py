@@ -18,6 +18,7 @@ from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.spherical.hemisphere_cells import subcells  # noqa: E402
 from occlusion_bake.core.spherical.lobe import open_horizon  # noqa: E402
 from occlusion_bake.core.spherical.spherical_harmonics import fit, rebuild  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 Array = np.ndarray[Any, Any]
@@ -98,9 +99,9 @@ def views_of(camera: Any) -> Array:
 
 
 @pytest.fixture
-def floor(make: Any) -> Callable[..., Any]:
+def floor() -> Callable[..., Any]:
     def made(uv: Any) -> Any:
-        obj = make.plane(uv=uv)
+        obj = blender.plane(uv=uv)
         obj.scale = (50.0, 50.0, 1.0)
         return obj
 

@@ -9,6 +9,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
@@ -31,10 +33,10 @@ def cut_material(name: str, values: np.ndarray) -> Any:
 
 
 @pytest.fixture
-def fence(make: Any) -> Any:
+def fence() -> Any:
     """A floor below a plate of which every other square is clear."""
-    make.plane("Floor")
-    plate = make.plane("Plate", location=(0.0, 0.0, 0.5))
+    blender.plane("Floor")
+    plate = blender.plane("Plate", location=(0.0, 0.0, 0.5))
     plate.data.materials.append(cut_material("Checks", np.indices((8, 8)).sum(axis=0) % 2))
     return plate
 
@@ -52,10 +54,10 @@ def test_a_cut_plate_shades_as_in_cycles(fence: Any, bake: Any) -> None:
     assert cut - opaque == pytest.approx(0.5 * (1.0 - opaque), abs=0.03)  # half of what the plate hid
 
 
-def test_instances_are_cut_too_and_half_clear_ones_let_half_through(make: Any, bake: Any) -> None:
-    make.plane("Floor")
+def test_instances_are_cut_too_and_half_clear_ones_let_half_through(bake: Any) -> None:
+    blender.plane("Floor")
     for number in range(3):
-        plate = make.plane(f"Plate {number}", location=(0.0, 0.0, 0.2 + 0.1 * number))
+        plate = blender.plane(f"Plate {number}", location=(0.0, 0.0, 0.2 + 0.1 * number))
         plate.data = bpy.data.objects["Plate 0"].data
         plate.scale = (100.0, 100.0, 1.0)
     plate.data.materials.append(cut_material("Film", np.full((4, 4), 0.5)))
@@ -63,9 +65,9 @@ def test_instances_are_cut_too_and_half_clear_ones_let_half_through(make: Any, b
     assert run.report["objects"][0]["mean"]["ao"] == pytest.approx(0.5**3, abs=5e-3)
 
 
-def test_what_is_not_read_is_said_in_a_line_and_opaque(make: Any, bake: Any) -> None:
-    make.plane("Floor")
-    plate = make.plane("Plate", location=(0.0, 0.0, 0.5))
+def test_what_is_not_read_is_said_in_a_line_and_opaque(bake: Any) -> None:
+    blender.plane("Floor")
+    plate = blender.plane("Plate", location=(0.0, 0.0, 0.5))
     material = bpy.data.materials.new("Clouds")
     if bpy.app.version < (5, 0):
         material.use_nodes = True

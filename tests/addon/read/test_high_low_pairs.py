@@ -12,23 +12,18 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.read.high_low_pairs import HighNames, paired_by_name, paired_with  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import bake_onto, pixels, set_panel  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene", "registered")
 
 
 @pytest.fixture
-def settings(set_panel: Any) -> Any:
+def settings() -> Any:
     return partial(set_panel, width=32, height=32, quality="RAYS", rays=16)
 
 
-def pixels(name: str) -> Any:
-    image = bpy.data.images[name]
-    values = np.empty(image.size[0] * image.size[1] * 4, np.float32)
-    image.pixels.foreach_get(values)
-    return values.reshape(image.size[1], image.size[0], 4)[..., 0]
-
-
-def pit(make: Any, name: str, depth: float = 0.3) -> Any:
+def pit(name: str, depth: float = 0.3) -> Any:
     """A plane with a square pit over the middle quarter: 12 by 12 cells, those in the middle deep, walls between."""
     heights = np.zeros((12, 12))
     heights[3:9, 3:9] = -depth
@@ -51,59 +46,59 @@ def pit(make: Any, name: str, depth: float = 0.3) -> Any:
         ((high, low), (low, low)),
     ):
         add((*a, -depth), (*b, -depth), (*b, 0.0), (*a, 0.0))
-    return make.mesh(name, vertices, faces)
+    return blender.mesh(name, vertices, faces)
 
 
-def test_selected_to_active(make: Any, press: Any, settings: Any) -> None:
+def test_selected_to_active(settings: Any) -> None:
     """The pit of the high mesh shows on the flat low one, which itself blocks no light."""
-    make.plane("Low")
-    pit(make, "High")
+    blender.plane("Low")
+    pit("High")
     settings(source="SELECTED", extrusion=0.4, rays=64)
-    assert press("High", "Low") == {"FINISHED"}
-    ao = pixels("Low AO")
+    assert bake_onto("High", "Low") == {"FINISHED"}
+    ao = pixels("Low AO")[::-1, :, 0]
     assert ao[16, 16] < 0.9 < 0.99 < ao[2, 2]
     assert "High AO" not in bpy.data.images
     assert "Occluders: High" in bpy.context.window_manager.occlusion_bake.lines
     bpy.data.objects["Low"].location.z = 0.1  # a lid, if it counted
     bpy.context.view_layer.update()
-    assert press("High", "Low") == {"FINISHED"}
-    np.testing.assert_allclose(pixels("Low AO")[16, 16], ao[16, 16], atol=0.1)
+    assert bake_onto("High", "Low") == {"FINISHED"}
+    np.testing.assert_allclose(pixels("Low AO")[::-1, :, 0][16, 16], ao[16, 16], atol=0.1)
 
 
-def test_selected_to_active_needs_both(make: Any, press: Any, settings: Any) -> None:
-    make.plane("Low")
+def test_selected_to_active_needs_both(settings: Any) -> None:
+    blender.plane("Low")
     settings(source="SELECTED")
     with pytest.raises(RuntimeError, match="Low: nothing to bake it from; select the high meshes first"):
-        press("Low")
+        bake_onto("Low")
     assert not [image for image in bpy.data.images if image.name == "Low AO"]
 
 
-def test_a_cage_that_does_not_render_says_where_to_look(make: Any, press: Any, settings: Any) -> None:
-    make.plane("Low")
-    make.plane("High", location=(0, 0, 0.5))
-    cage = make.plane("Cage", location=(0, 0, 0.6))
+def test_a_cage_that_does_not_render_says_where_to_look(settings: Any) -> None:
+    blender.plane("Low")
+    blender.plane("High", location=(0, 0, 0.5))
+    cage = blender.plane("Cage", location=(0, 0, 0.6))
     cage.hide_render = True
     settings(source="SELECTED")
     with pytest.raises(RuntimeError, match="Low: none of its texels sees a high mesh"):
-        press("High", "Low")
+        bake_onto("High", "Low")
     settings(source="SELECTED", cage=cage)
-    assert press("High", "Cage", "Low") == {"FINISHED"}
-    np.testing.assert_array_equal(pixels("Low AO"), 1.0)
+    assert bake_onto("High", "Cage", "Low") == {"FINISHED"}
+    np.testing.assert_array_equal(pixels("Low AO")[::-1, :, 0], 1.0)
 
 
-def test_pairs_by_name(make: Any, press: Any, settings: Any) -> None:
+def test_pairs_by_name(settings: Any) -> None:
     for low, high, x in (("Rock_low", "Rock_high.001", 0), ("Log.LOW", "log high", 5)):
-        make.plane(low, location=(x, 0, 0))
-        pit(make, high).location.x = x
-    make.plane("Rock_high.002", location=(0, 0, -0.05))
-    make.plane("Other", location=(10, 0, 0))
+        blender.plane(low, location=(x, 0, 0))
+        pit(high).location.x = x
+    blender.plane("Rock_high.002", location=(0, 0, -0.05))
+    blender.plane("Other", location=(10, 0, 0))
     settings(source="NAMES", extrusion=0.4)
-    assert press("Rock_high.001", "Log.LOW", "Other") == {"FINISHED"}
+    assert bake_onto("Rock_high.001", "Log.LOW", "Other") == {"FINISHED"}
     made = {image.name for image in bpy.data.images if image.name.endswith("AO")}
     assert made == {"Rock_low AO", "Log.LOW AO", "Other AO"}
-    assert pixels("Log.LOW AO")[16, 16] < 0.9
-    assert pixels("Rock_low AO")[16, 16] == 1.0  # the second high mesh closes the pit
-    np.testing.assert_array_equal(pixels("Other AO"), 1.0)
+    assert pixels("Log.LOW AO")[::-1, :, 0][16, 16] < 0.9
+    assert pixels("Rock_low AO")[::-1, :, 0][16, 16] == 1.0  # the second high mesh closes the pit
+    np.testing.assert_array_equal(pixels("Other AO")[::-1, :, 0], 1.0)
 
 
 def names_of(*names: str) -> Any:
@@ -126,33 +121,33 @@ def test_which_names_are_pairs() -> None:
     assert paired_with("x", ["x", "y", "z"], "z", None).highs["x"].names == ("y",)
 
 
-def test_alone_the_high_meshes_hide_their_own_low_one(make: Any, press: Any, settings: Any) -> None:
-    make.plane("A_low")
-    make.plane("A_high")
-    make.plane("Roof", location=(0, 0, 0.5))
+def test_alone_the_high_meshes_hide_their_own_low_one(settings: Any) -> None:
+    blender.plane("A_low")
+    blender.plane("A_high")
+    blender.plane("Roof", location=(0, 0, 0.5))
     settings(source="NAMES", occluders="SELF")
-    press("A_low")
-    np.testing.assert_array_equal(pixels("A_low AO"), 1.0)
+    bake_onto("A_low")
+    np.testing.assert_array_equal(pixels("A_low AO")[::-1, :, 0], 1.0)
     settings(source="NAMES", occluders="SCENE")
-    press("A_low")
-    assert pixels("A_low AO").mean() < 0.5
+    bake_onto("A_low")
+    assert pixels("A_low AO")[::-1, :, 0].mean() < 0.5
 
 
-def test_baked_again_by_what_is_kept(make: Any, press: Any, settings: Any) -> None:
-    make.plane("Low")
-    pit(make, "High")
+def test_baked_again_by_what_is_kept(settings: Any) -> None:
+    blender.plane("Low")
+    pit("High")
     settings(source="SELECTED", extrusion=0.4)
-    press("High", "Low")
-    first = pixels("Low AO")
+    bake_onto("High", "Low")
+    first = pixels("Low AO")[::-1, :, 0]
     settings(source="SELF")
     with bpy.context.temp_override(edit_image=bpy.data.images["Low AO"]):
         assert bpy.ops.occlusion_bake.again() == {"FINISHED"}
-    np.testing.assert_array_equal(pixels("Low AO"), first)
+    np.testing.assert_array_equal(pixels("Low AO")[::-1, :, 0], first)
 
 
-def test_no_comparison_of_what_is_baked_from_others(make: Any, settings: Any) -> None:
-    make.plane("Low")
-    make.plane("High")
+def test_no_comparison_of_what_is_baked_from_others(settings: Any) -> None:
+    blender.plane("Low")
+    blender.plane("High")
     settings(source="SELECTED")
     for name in ("High", "Low"):
         bpy.data.objects[name].select_set(True)
@@ -161,18 +156,18 @@ def test_no_comparison_of_what_is_baked_from_others(make: Any, settings: Any) ->
         bpy.ops.occlusion_bake.compare()
 
 
-def test_colours_from_high_meshes(make: Any, press: Any, settings: Any) -> None:
-    make.plane("Low")
-    pit(make, "High")
+def test_colours_from_high_meshes(settings: Any) -> None:
+    blender.plane("Low")
+    pit("High")
     settings(source="SELECTED", extrusion=0.4, output="COLOURS")
-    assert press("High", "Low") == {"FINISHED"}
+    assert bake_onto("High", "Low") == {"FINISHED"}
     colours = bpy.data.objects["Low"].data.color_attributes["AO"].data
     assert all(0.3 < colours[i].color[0] <= 1.0 for i in range(4))
 
 
-def test_the_command(make: Any, bake: Any) -> None:
-    make.plane("Low")
-    pit(make, "High")
+def test_the_command(bake: Any) -> None:
+    blender.plane("Low")
+    pit("High")
     run = bake("--objects", "Low", "--highs", "High", "--extrusion", "0.4", "--occluders", "self")
     assert run.status == 0 and run.report["occluders"] == ["High"]
     assert run.report["objects"][0]["mean"]["ao"] < 0.99
@@ -193,7 +188,7 @@ def test_the_command(make: Any, bake: Any) -> None:
         (("--atlas", "--color-attributes", "x.blend"), "--atlas: color attributes are no images"),
     ],
 )
-def test_what_the_command_refuses(make: Any, bake: Any, words: Any, line: str) -> None:
-    make.plane("Low")
-    make.plane("High", location=(0, 0, 0.001))
+def test_what_the_command_refuses(bake: Any, words: Any, line: str) -> None:
+    blender.plane("Low")
+    blender.plane("High", location=(0, 0, 0.001))
     assert bake(*words).refused().startswith(line)

@@ -10,21 +10,18 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.read.occluder_filter import OccluderFilter, arguments_of, named  # noqa: E402
-from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
 from occlusion_bake.core.bake import bake  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.scene.ground_plane import NAME as GROUND  # noqa: E402
 from occlusion_bake.core.scene.scene import Scene  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
-
-@pytest.fixture(autouse=True)
-def scene(empty_scene: None) -> None:
-    """Each test begins with nothing."""
+pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
 def read(targets: tuple[str, ...], occluding: OccluderFilter) -> Scene:
-    return read_scene(bpy.context, bpy.context.view_layer, SceneRequest(targets, occluding=occluding))[0]
+    return blender.read(targets, occluding=occluding)[0]
 
 
 def means(*targets: str, occluding: OccluderFilter) -> dict[str, float]:
@@ -37,47 +34,47 @@ def occluders(*targets: str, occluding: OccluderFilter) -> set[str]:
     return {each.belongs_to for each in read(targets, occluding).occluders}
 
 
-def two_floors(make: Any) -> None:
+def two_floors() -> None:
     """A floor under a roof, and a wall beside both."""
-    make.plane("Floor")
-    make.plane("Roof", location=(0, 0, 0.5))
-    make.wall("Wall")
+    blender.plane("Floor")
+    blender.plane("Roof", location=(0, 0, 0.5))
+    blender.wall("Wall")
 
 
-def test_by_default_all_that_renders(make: Any) -> None:
-    two_floors(make)
-    make.plane("Hidden", location=(0, 0, 0.2)).hide_render = True
+def test_by_default_all_that_renders() -> None:
+    two_floors()
+    blender.plane("Hidden", location=(0, 0, 0.2)).hide_render = True
     assert occluders("Floor", occluding=OccluderFilter()) == {"Floor", "Roof", "Wall"}
 
 
-def test_chosen_objects_and_the_target_itself(make: Any) -> None:
-    two_floors(make)
+def test_chosen_objects_and_the_target_itself() -> None:
+    two_floors()
     assert occluders("Floor", occluding=named(["Wall"])) == {"Floor", "Wall"}
     assert (
         means("Floor", occluding=named(["Wall"]))["Floor"] > means("Floor", occluding=OccluderFilter())["Floor"] + 0.2
     )
 
 
-def test_each_object_itself_alone(make: Any) -> None:
-    two_floors(make)
+def test_each_object_itself_alone() -> None:
+    two_floors()
     assert means("Floor", "Roof", occluding=named(["self"])) == {"Floor": 1.0, "Roof": 1.0}
     assert means("Floor", "Roof", occluding=OccluderFilter())["Floor"] < 0.6
 
 
-def test_an_object_alone_is_still_hidden_by_what_it_instances(make: Any) -> None:
+def test_an_object_alone_is_still_hidden_by_what_it_instances() -> None:
     """Faces of the floor carry copies of a child, as leaves on a tree: they are its own."""
-    floor = make.plane("Floor")
-    leaf = make.plane("Leaf", location=(0, 0, 0.25))
+    floor = blender.plane("Floor")
+    leaf = blender.plane("Leaf", location=(0, 0, 0.25))
     leaf.parent = floor
     floor.instance_type = "FACES"
     floor.show_instancer_for_render = True
-    make.plane("Roof", location=(0, 0, 0.5))
+    blender.plane("Roof", location=(0, 0, 0.5))
     assert occluders("Floor", occluding=named(["self"])) == {"Floor"}
     assert means("Floor", occluding=named(["self"]))["Floor"] < 0.9
 
 
-def test_a_collection_with_those_in_it(make: Any) -> None:
-    two_floors(make)
+def test_a_collection_with_those_in_it() -> None:
+    two_floors()
     outer, inner = bpy.data.collections.new("Outer"), bpy.data.collections.new("Inner")
     bpy.context.scene.collection.children.link(outer)
     outer.children.link(inner)
@@ -85,8 +82,8 @@ def test_a_collection_with_those_in_it(make: Any) -> None:
     assert occluders("Floor", occluding=named(["Outer"])) == {"Floor", "Roof"}
 
 
-def test_the_commands_words_come_back(make: Any) -> None:
-    two_floors(make)
+def test_the_commands_words_come_back() -> None:
+    two_floors()
     for words in (["scene"], ["self"], ["Roof", "Wall"]):
         assert arguments_of(named(words)) == words
     assert arguments_of(OccluderFilter(frozenset())) == ["self"]  # nothing but the target is the same as itself alone
@@ -94,28 +91,28 @@ def test_the_commands_words_come_back(make: Any) -> None:
         named(["Door"])
 
 
-def test_a_ground_darkens_sides_by_half_and_what_lies_on_it_wholly(make: Any) -> None:
+def test_a_ground_darkens_sides_by_half_and_what_lies_on_it_wholly() -> None:
     """A vertical wall sees the ground over half of its cosine-weighted sky; a face on the ground sees it alone."""
-    wall = make.wall("Wall", y=(-1.0, 1.0))
+    wall = blender.wall("Wall", y=(-1.0, 1.0))
     wall.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", np.float32((0, 0, 1, 0, 1, 1, 0, 1)))
     assert means("Wall", occluding=OccluderFilter(ground=True))["Wall"] == pytest.approx(0.5, abs=0.01)
-    below = make.plane("Below", location=(0, 0, 0))
+    below = blender.plane("Below", location=(0, 0, 0))
     below.rotation_euler.x = np.pi
     bpy.context.view_layer.update()
     assert means("Below", occluding=named(["self"], ground=True))["Below"] < 1e-3
     assert GROUND in occluders("Below", occluding=named(["self"], ground=True))
 
 
-def test_the_command_takes_them(make: Any, bake: Any) -> None:
-    two_floors(make)
+def test_the_command_takes_them(bake: Any) -> None:
+    two_floors()
     assert bake("--objects", "Floor", "--occluders", "self", "--ground").report["occluders"] == ["Floor", GROUND]
     assert bake("--objects", "Floor", "--occluders", "Roof").report["occluders"] == ["Floor", "Roof"]
     assert "Door: no object" in bake("--objects", "Floor", "--occluders", "Door", report=False).complaint
 
 
 @pytest.mark.parametrize("words", [["self"], ["Roof"], ["Wall"]])
-def test_cycles_agrees_on_who_occludes(make: Any, bake: Any, words: list[str]) -> None:
-    two_floors(make)
+def test_cycles_agrees_on_who_occludes(bake: Any, words: list[str]) -> None:
+    two_floors()
     ground = ["--ground"] if words == ["self"] else []
     run = bake("--objects", "Floor", "--occluders", *words, *ground, "--compare-cycles", "64", "--rays", "64")
     cycles = run.report["objects"][0]["cycles"]

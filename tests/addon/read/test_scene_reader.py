@@ -16,6 +16,7 @@ from occlusion_bake.addon.read.mesh_arrays import corners_of  # noqa: E402
 from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.scene.scene import Scene  # noqa: E402
+from occlusion_bake.tests.oracles import blender, shapes  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -47,7 +48,7 @@ def folded(smooth: tuple[bool, bool] = (False, False), uv: bool = True) -> Any:
 
 
 def take(*targets: str, uv: str | None = None, warnings: list[str] | None = None) -> Scene:
-    scene, lines = read_scene(bpy.context, bpy.context.view_layer, SceneRequest(targets, uv))
+    scene, lines = blender.read(targets, uv=uv)
     if warnings is not None:
         warnings += lines
     return scene
@@ -300,11 +301,6 @@ def unit(vectors: Any) -> Any:
     return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def face_normals(mesh: Any) -> Any:
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]].astype(np.float64) for corner in range(3))
-    return unit(np.cross(b - a, c - a))
-
-
 def test_a_smooth_sphere_has_its_points_for_normals() -> None:
     bpy.ops.mesh.primitive_uv_sphere_add(segments=32, ring_count=16)
     bpy.ops.object.shade_smooth()
@@ -322,7 +318,7 @@ def test_a_flat_polygon_beside_smooth_ones_is_shaded_as_cycles_does() -> None:
     add("Folded", folded((False, True)))
     mesh = take("Folded").targets[0].mesh
     assert mesh.normals is not None
-    by_triangle = face_normals(mesh)
+    by_triangle = shapes.face_normals(mesh)
     one = unit(by_triangle[:2].sum(axis=0))
     flat = np.broadcast_to(one, (2, 3)) if bpy.app.version >= (5, 2) else by_triangle[:2]
     np.testing.assert_allclose(mesh.normals[:2], np.repeat(flat[:, np.newaxis], 3, axis=1), atol=1e-6)

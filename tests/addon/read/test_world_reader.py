@@ -22,6 +22,8 @@ from occlusion_bake.core.finish.image_file import write_image  # noqa: E402
 from occlusion_bake.core.spherical.environment import Environment  # noqa: E402
 from occlusion_bake.core.spherical.equirectangular import pixel_angles  # noqa: E402
 from occlusion_bake.core.spherical.octahedral_map import directions, middles, sample_weights, solid_angles  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.light import energy  # noqa: E402
 
 SIZE = 32
 TURN = (0.4, -0.9, 2.1)
@@ -72,10 +74,6 @@ class Sky:
 @pytest.fixture
 def sky(empty_scene: None) -> Sky:
     return Sky()
-
-
-def energy(environment: Environment) -> Any:
-    return (environment.radiance * solid_angles(len(environment.radiance))[..., np.newaxis]).sum(axis=(0, 1))
 
 
 def smooth(height: int = 256) -> Any:
@@ -238,8 +236,8 @@ def state() -> str:
 
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
-def test_nothing_changes(sky: Sky, make: Any, mode: str) -> None:
-    make.cube()
+def test_nothing_changes(sky: Sky, mode: str) -> None:
+    blender.cube()
     calls: list[str] = []
     bpy.app.handlers.object_bake_pre.append(lambda *_: calls.append("bake"))
     bpy.app.handlers.render_pre.append(lambda *_: calls.append("render"))
@@ -255,8 +253,8 @@ def test_nothing_changes(sky: Sky, make: Any, mode: str) -> None:
     assert "Render Result" not in bpy.data.images
 
 
-def test_nothing_changes_where_it_fails(sky: Sky, make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    make.cube()
+def test_nothing_changes_where_it_fails(sky: Sky, monkeypatch: pytest.MonkeyPatch) -> None:
+    blender.cube()
     before = state()
 
     def fail(*_: Any) -> None:

@@ -12,6 +12,8 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.ui.engine_presets import PRESETS, panel_settings  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import bake_onto, set_panel  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene", "registered")
 
@@ -26,15 +28,13 @@ def test_the_panel_takes_every_preset(export: Any, packed: bool) -> None:
 
 
 @pytest.mark.parametrize("engine", ["godot", "unreal", "unity_hdrp"])
-def test_a_bake_for_an_engine_writes_its_files(
-    engine: str, make: Any, press: Any, set_panel: Any, tmp_path: Path
-) -> None:
+def test_a_bake_for_an_engine_writes_its_files(engine: str, tmp_path: Path) -> None:
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"), check_existing=False)
-    make.plane("Crate")
-    make.wall()
+    blender.plane("Crate")
+    blender.wall()
     set_panel(width=32, height=32, quality="RAYS", rays=64)
     bpy.ops.occlusion_bake.for_engine(engine=engine)
-    assert press("Crate") == {"FINISHED"}
+    assert bake_onto("Crate") == {"FINISHED"}
     names = sorted(path.name for path in (tmp_path / "textures").iterdir())
     start = "T_Crate" if engine == "unreal" else "Crate"
     assert names == [f"{start}_ao.png", f"{start}_bent.png"]

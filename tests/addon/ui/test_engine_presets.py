@@ -14,6 +14,7 @@ pytest.importorskip("bpy")
 from occlusion_bake.addon.ui.engine_presets import PRESETS, EnginePreset, panel_settings
 from occlusion_bake.addon.ui.properties import OcclusionBakeSettings
 from occlusion_bake.core.finish.image_file import check_format
+from occlusion_bake.core.maps.registry import MAPS
 
 PAGES = Path(__file__).parents[3] / "docs" / "engines"
 
@@ -91,7 +92,8 @@ def test_its_files_can_be_written_and_do_not_meet(preset: EnginePreset) -> None:
 def test_a_packed_channel_takes_ao_alone(preset: EnginePreset) -> None:
     chosen = panel_settings(preset, packed=True)
     assert chosen["use_ao"] and chosen["output"] == "CHANNEL" and chosen["channel"] == preset.packed
-    assert not any(chosen[name] for name in ("use_ro", "use_bent", "use_code", "use_light"))
+    switches = {entry.switch for entry in MAPS if entry.switch} | {"use_light"}
+    assert not any(chosen[name] for name in switches - {"use_ao"})
 
 
 def test_what_a_preset_says_is_what_it_sets() -> None:

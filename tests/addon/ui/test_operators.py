@@ -22,6 +22,8 @@ from occlusion_bake.addon.ui.panel import OCCLUSION_BAKE_PT_bake  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.options.values import settings_of_panel  # noqa: E402
 from occlusion_bake.core.rays.map_spec import Axis  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.blender import base_colour, pixels, press, select  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -32,26 +34,8 @@ def scene(registered: None, empty_scene: None) -> Any:
     return chosen
 
 
-def press(button: str = "bake") -> set[str]:
-    return getattr(bpy.ops.occlusion_bake, button)()
-
-
-def select(*objects: Any) -> None:
-    bpy.ops.object.select_all(action="DESELECT")
-    for obj in objects:
-        obj.select_set(True)
-    bpy.context.view_layer.objects.active = objects[0]
-
-
 def ours() -> dict[str, Any]:
     return {image.name: image for image in bpy.data.images if image.name != "Render Result"}
-
-
-def pixels(image: Any) -> Any:
-    """(h, w, 4), row 0 at the top."""
-    values = np.empty(4 * image.size[0] * image.size[1], np.float32)
-    image.pixels.foreach_get(values)
-    return values.reshape(image.size[1], image.size[0], 4)[::-1]
 
 
 def lines() -> list[str]:
@@ -72,16 +56,16 @@ def test_blenders_own_startup_cube() -> None:
     assert any(line.startswith("Cube: ") for line in lines())
 
 
-def test_a_mesh_without_anything_gets_charts_and_no_material(make: Any) -> None:
-    obj = make.bare_cube()
+def test_a_mesh_without_anything_gets_charts_and_no_material() -> None:
+    obj = blender.bare_cube()
     assert press() == {"FINISHED"}
     assert ours().keys() == {"Bare AO"}
     assert [layer.name for layer in obj.data.uv_layers] == [CHART_MAP]
     assert not obj.material_slots and not bpy.data.materials
 
 
-def test_a_second_bake_takes_the_same_image(make: Any, scene: Any) -> None:
-    make.cube()
+def test_a_second_bake_takes_the_same_image(scene: Any) -> None:
+    blender.cube()
     press()
     (image,) = ours().values()
     press()
@@ -91,23 +75,23 @@ def test_a_second_bake_takes_the_same_image(make: Any, scene: Any) -> None:
     assert list(ours().values()) == [image] and tuple(image.size) == (32, 16)
 
 
-def test_all_that_is_selected_and_nothing_else(make: Any) -> None:
-    one, two, _ = make.plane("One"), make.bare_cube("Two", location=(9, 0, 0)), make.plane("Three")
+def test_all_that_is_selected_and_nothing_else() -> None:
+    one, two, _ = blender.plane("One"), blender.bare_cube("Two", location=(9, 0, 0)), blender.plane("Three")
     bpy.ops.object.light_add()
     select(one, two, bpy.context.object)
     assert press() == {"FINISHED"}
     assert ours().keys() == {"One AO", "Two AO"}
 
 
-def test_the_active_object_where_none_is_selected(make: Any) -> None:
-    select(make.plane("One"))
+def test_the_active_object_where_none_is_selected() -> None:
+    select(blender.plane("One"))
     bpy.ops.object.select_all(action="DESELECT")
     assert press() == {"FINISHED"} and ours().keys() == {"One AO"}
 
 
-def test_reflection_too(make: Any, scene: Any) -> None:
-    select(make.plane("Floor"))
-    make.wall()
+def test_reflection_too(scene: Any) -> None:
+    select(blender.plane("Floor"))
+    blender.wall()
     scene.use_ro, scene.exponents = True, "10, 100 10"
     assert press() == {"FINISHED"}
     assert ours().keys() == {"Floor AO", "Floor RO 10", "Floor RO 100"}
@@ -115,8 +99,8 @@ def test_reflection_too(make: Any, scene: Any) -> None:
     assert means[0] < means[1] < means[2] < 1.0  # a narrower lobe about the normal sees less of a wall
 
 
-def test_a_modifier_counts_as_in_a_render(make: Any) -> None:
-    obj = make.cube()
+def test_a_modifier_counts_as_in_a_render() -> None:
+    obj = blender.cube()
     obj.modifiers.new("Array", "ARRAY").count = 2
     assert press() == {"FINISHED"}
     assert pixels(ours()["Cube AO"])[..., 0].min() == 0.0  # where the two cubes touch
@@ -127,8 +111,8 @@ def test_a_modifier_counts_as_in_a_render(make: Any) -> None:
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT", "WEIGHT_PAINT"])
 @pytest.mark.parametrize("uv", ["ACTIVE", "CHARTS"])
-def test_nothing_else_changes(make: Any, scene: Any, mode: str, uv: str) -> None:
-    obj, other = make.cube(), make.plane("Other", location=(0, 0, 2))
+def test_nothing_else_changes(scene: Any, mode: str, uv: str) -> None:
+    obj, other = blender.cube(), blender.plane("Other", location=(0, 0, 2))
     obj.data.uv_layers.new(name="Second")
     obj.data.uv_layers["Second"].active = True
     obj.data.uv_layers["UVMap"].active_render = True
@@ -164,10 +148,10 @@ def test_nothing_else_changes(make: Any, scene: Any, mode: str, uv: str) -> None
     assert ours().keys() == {"Cube AO", "Other AO"}
 
 
-def test_edits_in_progress_are_baked(make: Any) -> None:
+def test_edits_in_progress_are_baked() -> None:
     import bmesh
 
-    obj = make.plane("Floor")
+    obj = blender.plane("Floor")
     select(obj)
     bpy.ops.object.mode_set(mode="EDIT")
     edited = bmesh.from_edit_mesh(obj.data)
@@ -181,18 +165,14 @@ def test_edits_in_progress_are_baked(make: Any) -> None:
 # In the material
 
 
-def base(material: Any) -> Any:
-    return material.node_tree.nodes["Principled BSDF"].inputs["Base Color"]
-
-
-def test_on_request_the_ao_is_in_the_material(make: Any, scene: Any) -> None:
-    obj = make.plane("Floor")
+def test_on_request_the_ao_is_in_the_material(scene: Any) -> None:
+    obj = blender.plane("Floor")
     select(obj)
     scene.use_material = True
     assert press() == {"FINISHED"}
     (material,) = bpy.data.materials
     assert obj.material_slots[0].material == material
-    mix = base(material).links[0].from_node
+    mix = base_colour(material).links[0].from_node
     assert mix.blend_type == "MULTIPLY"
     names = [node.name for node in material.node_tree.nodes]
     textures = [node.image for node in material.node_tree.nodes if node.type == "TEX_IMAGE"]
@@ -202,8 +182,8 @@ def test_on_request_the_ao_is_in_the_material(make: Any, scene: Any) -> None:
 
 
 @pytest.mark.parametrize("uv", ["ACTIVE", "CHARTS"])
-def test_the_material_shows_the_map_that_was_baked_onto(make: Any, scene: Any, uv: str) -> None:
-    select(make.cube())
+def test_the_material_shows_the_map_that_was_baked_onto(scene: Any, uv: str) -> None:
+    select(blender.cube())
     scene.use_material, scene.uv = True, uv
     press()
     (material,) = bpy.data.materials
@@ -211,8 +191,8 @@ def test_the_material_shows_the_map_that_was_baked_onto(make: Any, scene: Any, u
     assert places == ([CHART_MAP] if uv == "CHARTS" else [])
 
 
-def test_without_asking_materials_stay(make: Any) -> None:
-    obj = make.plane()
+def test_without_asking_materials_stay() -> None:
+    obj = blender.plane()
     material = bpy.data.materials.new("Paint")
     if bpy.app.version < (5, 0):
         material.use_nodes = True
@@ -220,14 +200,14 @@ def test_without_asking_materials_stay(make: Any) -> None:
     select(obj)
     before = [node.name for node in material.node_tree.nodes]
     assert press() == {"FINISHED"}
-    assert [node.name for node in material.node_tree.nodes] == before and not base(material).is_linked
+    assert [node.name for node in material.node_tree.nodes] == before and not base_colour(material).is_linked
 
 
 # The other buttons
 
 
-def test_unwrap_makes_charts_and_says_so(make: Any) -> None:
-    obj = make.cube()
+def test_unwrap_makes_charts_and_says_so() -> None:
+    obj = blender.cube()
     before = [layer.name for layer in obj.data.uv_layers]
     assert press("unwrap") == {"FINISHED"}
     assert [layer.name for layer in obj.data.uv_layers] == [*before, CHART_MAP]
@@ -236,9 +216,9 @@ def test_unwrap_makes_charts_and_says_so(make: Any) -> None:
     assert not ours()
 
 
-def test_compare_leaves_a_picture_and_lines(make: Any, scene: Any) -> None:
-    select(make.plane("Floor"))
-    make.wall()
+def test_compare_leaves_a_picture_and_lines(scene: Any) -> None:
+    select(blender.plane("Floor"))
+    blender.wall()
     scene.cycles_samples = 4
     for _ in range(2):
         assert press("compare") == {"FINISHED"}
@@ -256,8 +236,11 @@ def test_the_comparisons_own_blender_bakes_the_same(scene: Any, tmp_path: Path, 
     settings = settings_of_panel(bpy.context.scene.occlusion_bake)
     job, handed_on = to_compare(BakeJob(("Floor",), settings)), tmp_path / "values.json"
     handed_on.write_text(json.dumps(child_values(job, 4, Path("folder"), Path("report.json"))), encoding="utf-8")
-    child = settings_of(parsed(parser("", with_file=False), ["--values", str(handed_on)]))
-    assert child == job.settings == ao_alone(settings)
+    options = parsed(parser("", with_file=False), ["--values", str(handed_on)])
+    assert settings_of(options) == job.settings == ao_alone(settings)
+    assert (options.objects, options.occluders, options.uv, options.cycles_samples) == (["Floor"], ["scene"], None, 4)
+    assert (options.folder, options.report) == (Path("folder"), Path("report.json"))
+    assert not options.use_ground and not options.use_udim
 
 
 # How far a bake goes
@@ -293,9 +276,9 @@ def test_the_number_of_rays_is_shown_where_it_counts(scene: Any, quality: str) -
     assert "quality" in shown and ("rays" in shown) == (quality == "RAYS")
 
 
-def test_the_errors_are_said(make: Any) -> None:
-    select(make.plane("Floor"))
-    make.wall()
+def test_the_errors_are_said() -> None:
+    select(blender.plane("Floor"))
+    blender.wall()
     assert press() == {"FINISHED"}
     (line,) = (each for each in lines() if each.startswith("Error: "))
     assert line.startswith("Error: AO ±0.") and "99 % within" in line
@@ -314,21 +297,21 @@ def refused(button: str = "bake") -> str:
 
 
 @pytest.mark.parametrize("exponents", ["abc", "", "10 soft", "-1", "nan", "inf", "10 10.00000001"])
-def test_exponents_that_are_none(make: Any, scene: Any, exponents: str) -> None:
-    select(make.plane())
+def test_exponents_that_are_none(scene: Any, exponents: str) -> None:
+    select(blender.plane())
     scene.use_ro, scene.exponents = True, exponents
     line = refused()
     assert "xponent" in line or "ro_10" in line
 
 
-def test_nothing_to_bake(make: Any, scene: Any) -> None:
-    select(make.plane())
+def test_nothing_to_bake(scene: Any) -> None:
+    select(blender.plane())
     scene.use_ao = False
     assert "nothing to bake" in refused()
 
 
-def test_no_camera_to_reflect(make: Any, scene: Any) -> None:
-    select(make.plane())
+def test_no_camera_to_reflect(scene: Any) -> None:
+    select(blender.plane())
     scene.use_ro, scene.direction = True, "CAMERA"
     assert "camera" in refused()
 
@@ -341,13 +324,13 @@ def test_the_horizon_is_divided_where_that_is_asked_for(scene: Any) -> None:
         assert [(each.axis, each.divided) for each in specs] == [(Axis.NORMAL, False), (Axis.REFLECTED, on)]
 
 
-def test_a_mesh_without_faces_is_named(make: Any) -> None:
-    select(make.mesh("Points", ((0, 0, 0),), ()))
+def test_a_mesh_without_faces_is_named() -> None:
+    select(blender.mesh("Points", ((0, 0, 0),), ()))
     assert refused().startswith("Points: ")
 
 
-def test_of_several_those_that_can_be_baked_are(make: Any) -> None:
-    select(make.plane("Good"), make.mesh("Points", ((0, 0, 0),), ()))
+def test_of_several_those_that_can_be_baked_are() -> None:
+    select(blender.plane("Good"), blender.mesh("Points", ((0, 0, 0),), ()))
     assert press() == {"FINISHED"}
     assert ours().keys() == {"Good AO"}
     assert any(line.startswith("Points: ") for line in lines())
@@ -366,10 +349,10 @@ def test_no_mesh_no_button(button: str) -> None:
     ("quality", "effort"), [("RAYS", ("--rays", "4")), ("GOOD", ()), ("DRAFT", ("--quality", "draft"))]
 )
 def test_the_images_are_the_commands_files_bit_for_bit(
-    make: Any, scene: Any, bake: Any, quality: str, effort: tuple[str, ...]
+    scene: Any, bake: Any, quality: str, effort: tuple[str, ...]
 ) -> None:
-    select(make.plane("Floor"))
-    make.wall()
+    select(blender.plane("Floor"))
+    blender.wall()
     scene.use_ro, scene.seed, scene.width, scene.height = True, 5, 64, 32
     scene.quality = quality
     assert press() == {"FINISHED"}
@@ -383,11 +366,11 @@ def test_the_images_are_the_commands_files_bit_for_bit(
         np.testing.assert_array_equal(read_image(result.folder / f"Floor_{name}.exr")[0][..., 0], image)
 
 
-def test_what_is_shown_can_be_translated(make: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_shown_can_be_translated(monkeypatch: pytest.MonkeyPatch) -> None:
     """A dictionary of another language reaches the lines that are put together from values, too."""
     german = {"Occluders: {}": "Verdecker: {}", "Error: {}": "Fehler: {}", "none": "keine"}
     monkeypatch.setattr(translate, "pgettext_rpt", lambda text: german.get(text, text))
-    make.plane("Floor")
+    blender.plane("Floor")
     select(bpy.data.objects["Floor"])
     assert press() == {"FINISHED"}
     assert "Verdecker: Floor" in lines()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.ui.select_overlap import select_overlap  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -22,8 +21,8 @@ def uv(shifts: tuple[float, ...]) -> list[tuple[float, float]]:
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
 @pytest.mark.parametrize(("shifts", "found"), [((0, 0.125, 0.5), [0, 1]), ((0, 0.25, 0.5), []), ((0, 0, 0), [0, 1, 2])])
-def test_those_that_overlap_are_selected(make: Any, mode: str, shifts: tuple[float, ...], found: list[int]) -> None:
-    obj = make.mesh("Row", SQUARES, FACES, uv(shifts))
+def test_those_that_overlap_are_selected(mode: str, shifts: tuple[float, ...], found: list[int]) -> None:
+    obj = blender.mesh("Row", SQUARES, FACES, uv(shifts))
     bpy.context.view_layer.objects.active = obj
     obj.select_set(True)
     if mode == "EDIT":

@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 from occlusion_bake.core.charts.packing import packed
 from occlusion_bake.core.charts.unwrap import unwrap
-from occlusion_bake.tests.core.layouts import MESHES, chart_of, check, cover, cube, nearest_strangers, sphere, uv_area
+from occlusion_bake.tests.oracles.chart_layouts import (
+    MESHES,
+    chart_of,
+    check,
+    cover,
+    cube,
+    nearest_strangers,
+    sphere,
+    uv_area,
+)
 
 
 def shards(count: int) -> tuple[Any, Any, Any]:

@@ -9,7 +9,7 @@ import pytest
 from occlusion_bake.core.charts import polygon_charts
 from occlusion_bake.core.charts import unwrap as module
 from occlusion_bake.core.charts.unwrap import unwrap
-from occlusion_bake.tests.core.layouts import chart_of, check, cover, quads, waves
+from occlusion_bake.tests.oracles.chart_layouts import chart_of, check, cover, quads, waves
 
 pytest.importorskip("xatlas")
 

@@ -11,12 +11,13 @@ from numpy.testing import assert_array_equal
 from occlusion_bake.core.bake import Baker
 from occlusion_bake.core.charts.udim import outside_tile, part_in_tile, tiles_of
 from occlusion_bake.core.scene.scene import Scene
+from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 SETTINGS = flat_settings(width=32, height=32, rays=16, margin=2)
 
 
-def room_in_tiles(shapes: Any, *columns: int) -> Any:
+def room_in_tiles(*columns: int) -> Any:
     """The inside of a cube, its sides spread over tiles in turn."""
     room = shapes.room()
     uv = room.uv.copy()
@@ -26,18 +27,18 @@ def room_in_tiles(shapes: Any, *columns: int) -> Any:
     return replace(room, uv=uv.astype(np.float32))
 
 
-def test_what_is_a_udim_layout(shapes: Any) -> None:
+def test_what_is_a_udim_layout() -> None:
     room = shapes.room()
     assert tiles_of(room) == []  # one tile, the first, is no layout
-    assert tiles_of(room_in_tiles(shapes, 1)) == [1002]
-    assert tiles_of(room_in_tiles(shapes, 0, 3, 12)) == [1001, 1004, 1013]
-    assert tiles_of(room_in_tiles(shapes, 0, 999)) == [1001, 2000]
+    assert tiles_of(room_in_tiles(1)) == [1002]
+    assert tiles_of(room_in_tiles(0, 3, 12)) == [1001, 1004, 1013]
+    assert tiles_of(room_in_tiles(0, 999)) == [1001, 2000]
     assert tiles_of(replace(room, uv=None)) == []
     for outside in (-1, 1000):
-        assert tiles_of(room_in_tiles(shapes, 0, outside)) == []
+        assert tiles_of(room_in_tiles(0, outside)) == []
 
 
-def test_faces_without_a_place_in_the_texture_make_no_tile(shapes: Any) -> None:
+def test_faces_without_a_place_in_the_texture_make_no_tile() -> None:
     quad = shapes.plane(1.0)
     for where, tiles in (((1.0, 1.0), []), ((1.5, 0.5), [])):
         flat = replace(quad, uv=np.full_like(quad.uv, where))
@@ -46,7 +47,7 @@ def test_faces_without_a_place_in_the_texture_make_no_tile(shapes: Any) -> None:
     assert tiles_of(shapes.joined([beyond, replace(quad, uv=np.zeros_like(quad.uv))])) == [1002]
 
 
-def test_a_texture_that_repeats_is_none(shapes: Any) -> None:
+def test_a_texture_that_repeats_is_none() -> None:
     room = shapes.room()
     for scale in (2.0, 7.3):
         assert tiles_of(replace(room, uv=room.uv * np.float32(scale))) == []
@@ -56,7 +57,7 @@ def test_a_texture_that_repeats_is_none(shapes: Any) -> None:
     assert tiles_of(replace(room, uv=broken)) == []
 
 
-def test_copies_moved_aside_are_none(shapes: Any) -> None:
+def test_copies_moved_aside_are_none() -> None:
     """Mirrored halves and repeated parts, a whole tile away: they show the first tile's texture."""
     ball, quad = shapes.sphere(segments=16), shapes.plane(1.0)
     for offset in ((1, 0), (0, 1), (3, 2)):
@@ -68,14 +69,14 @@ def test_copies_moved_aside_are_none(shapes: Any) -> None:
     assert tiles_of(shapes.joined(full)) == [1001, 1002, 1003]
 
 
-def test_uvs_on_the_border_belong_to_their_triangle(shapes: Any) -> None:
+def test_uvs_on_the_border_belong_to_their_triangle() -> None:
     quad = shapes.plane(1.0)
     assert tiles_of(replace(quad, uv=quad.uv + np.float32(1.0))) == [1012]
     assert tiles_of(replace(quad, uv=quad.uv + np.float32(1.0 - 1e-6))) == [1012]
 
 
 @pytest.mark.parametrize("smooth", [True, False])
-def test_a_tile_holds_its_part_alone(smooth: bool, shapes: Any) -> None:
+def test_a_tile_holds_its_part_alone(smooth: bool) -> None:
     """Each tile of a ball in two is what the ball's UVs, moved there, give: to the bit, and nothing of the others."""
     ball = shapes.sphere(segments=16, smooth=smooth)
     right = ball.uv.mean(axis=1)[:, 0] > 0.5
@@ -98,8 +99,8 @@ def test_a_tile_holds_its_part_alone(smooth: bool, shapes: Any) -> None:
         assert np.abs(ao.values[only] - whole.values[only]).mean() < 1e-3  # moved UVs are rounded
 
 
-def test_the_part_of_a_tile(shapes: Any) -> None:
-    target = shapes.instance(room_in_tiles(shapes, 0, 21))
+def test_the_part_of_a_tile() -> None:
+    target = shapes.instance(room_in_tiles(0, 21))
     part = part_in_tile(target, 1022).mesh
     assert len(part.triangles) == (~outside_tile(target.mesh, 1022)).sum() == 6
     assert part.uv is not None and part.uv.min() >= 0.0 and part.uv.max() <= 1.0

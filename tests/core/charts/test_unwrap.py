@@ -10,7 +10,7 @@ import pytest
 from occlusion_bake.core.base.errors import InputError
 from occlusion_bake.core.charts import unwrap as module
 from occlusion_bake.core.charts.unwrap import unwrap
-from occlusion_bake.tests.core.layouts import (
+from occlusion_bake.tests.oracles.chart_layouts import (
     MESHES,
     Mesh,
     chart_of,

@@ -17,7 +17,7 @@ from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.charts import unwrap_process
 from occlusion_bake.core.charts.unwrap import Charts, unwrap
 from occlusion_bake.core.charts.unwrap_process import unwrap_in_process
-from occlusion_bake.tests.core.layouts import cube, waves
+from occlusion_bake.tests.oracles.chart_layouts import cube, waves
 
 pytest.importorskip("xatlas")
 

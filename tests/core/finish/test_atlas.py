@@ -16,6 +16,7 @@ from occlusion_bake.core.rays.map_spec import reflection
 from occlusion_bake.core.scene.scene import Camera, Scene
 from occlusion_bake.core.solve.directional import DirectionalSettings
 from occlusion_bake.core.spherical.directional_format import DirectionalFormat
+from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 SETTINGS = flat_settings(width=64, height=64, rays=16, margin=3)
@@ -28,7 +29,7 @@ def in_one(name: str, parts: list[Baked], margin: int) -> Baked:
     return atlas.finish(margin)
 
 
-def halves(shapes: Any, gap: float = 0.1) -> list[Any]:
+def halves(gap: float = 0.1) -> list[Any]:
     """Two squares, one over the other, in the left and right part of the image."""
     cells = ((0.05, 0.05, 0.5 - gap, 0.95), (0.5 + gap, 0.05, 0.95, 0.95))
     return [
@@ -37,8 +38,8 @@ def halves(shapes: Any, gap: float = 0.1) -> list[Any]:
     ]
 
 
-def test_each_texel_is_its_objects(shapes: Any) -> None:
-    lower, upper = halves(shapes)
+def test_each_texel_is_its_objects() -> None:
+    lower, upper = halves()
     scene = Scene([lower, upper], [lower, upper])
     parts = list(bake(scene, SETTINGS))
     one = in_one("both", parts, 3)
@@ -55,17 +56,17 @@ def test_each_texel_is_its_objects(shapes: Any) -> None:
     assert one.warnings == [] and one.name == "both"
 
 
-def test_the_margin_is_of_the_whole(shapes: Any) -> None:
+def test_the_margin_is_of_the_whole() -> None:
     """Between two charts it grows from both, and of neither alone."""
-    parts = list(bake(Scene(halves(shapes), halves(shapes)), SETTINGS))
+    parts = list(bake(Scene(halves(), halves()), SETTINGS))
     ao = in_one("both", parts, 3).maps["ao"]
     column = np.flatnonzero(parts[1].maps["ao"].covered[32])[0]
     assert_array_equal(ao.values[32, column - 3 : column], 1.0)
     assert ao.values[32, column - 4] == pytest.approx(ao.mean, rel=1e-5)
 
 
-def test_bytes_of_masks_have_no_margin(shapes: Any) -> None:
-    lower, upper = (replace(each, mesh=shapes.with_tangents(each.mesh)) for each in halves(shapes))
+def test_bytes_of_masks_have_no_margin() -> None:
+    lower, upper = (replace(each, mesh=shapes.with_tangents(each.mesh)) for each in halves())
     settings = replace(SETTINGS, maps=(DirectionalMap(DirectionalSettings(DirectionalFormat("mask", 8))),))
     parts = list(bake(Scene([lower, upper], [lower, upper]), settings))
     mask = in_one("both", parts, 3).maps["mask_8"]
@@ -75,8 +76,8 @@ def test_bytes_of_masks_have_no_margin(shapes: Any) -> None:
         assert_array_equal(mask.values[made.covered], made.values[made.covered])
 
 
-def test_objects_that_overlap_are_told(shapes: Any) -> None:
-    lower, upper = halves(shapes)
+def test_objects_that_overlap_are_told() -> None:
+    lower, upper = halves()
     upper = replace(upper, mesh=replace(upper.mesh, uv=lower.mesh.uv))
     one = in_one("both", list(bake(Scene([lower, upper], [lower, upper]), SETTINGS)), 3)
     assert one.surface.overlapped == one.texels
@@ -84,8 +85,8 @@ def test_objects_that_overlap_are_told(shapes: Any) -> None:
     assert one.maps["ao"].mean == 1.0  # the last shows
 
 
-def test_texels_that_face_away_from_the_camera_are_not_taken_for_shared(shapes: Any) -> None:
-    lower, upper = halves(shapes)
+def test_texels_that_face_away_from_the_camera_are_not_taken_for_shared() -> None:
+    lower, upper = halves()
     from_below = Camera((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))
     settings = replace(SETTINGS, maps=(OcclusionMap(reflection(10.0, from_camera=True)),))
     one = in_one("both", list(bake(Scene([lower, upper], [lower, upper], from_below), settings)), 3)

@@ -18,6 +18,7 @@ from occlusion_bake.core.rays.trace_scene import TraceScene
 from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace
 from occlusion_bake.core.scene.world_mesh import world_mesh
 from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles import shapes
 
 
 def open_anew(threads: int = 1) -> Device:
@@ -49,7 +50,7 @@ def refusal(monkeypatch: pytest.MonkeyPatch, path: str) -> str:
     return message
 
 
-def stage_traced_by(device: Device, shapes: Any) -> Sums:
+def stage_traced_by(device: Device) -> Sums:
     """AO and RO of a floor under a sphere."""
     floor, ball = shapes.plane(2.0), shapes.sphere((0.2, 0.1, 0.7), 0.6, 48)
     scene = TraceScene(device)
@@ -117,10 +118,10 @@ def test_a_broken_candidate_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> N
     assert open_anew().path == working
 
 
-def test_blenders_own_embree_traces_the_same_picture(shapes: Any) -> None:
+def test_blenders_own_embree_traces_the_same_picture() -> None:
     ours, blenders = Device(library_of("embreex"), 2), Device(library_of("bpy"), 2)
     assert ours.path != blenders.path
-    first, second = (stage_traced_by(device, shapes).all for device in (ours, blenders))
+    first, second = (stage_traced_by(device).all for device in (ours, blenders))
     different = first != second  # rays that graze an edge
     assert np.mean(different) < 0.005
     assert np.abs(first - second).max() <= 2.0

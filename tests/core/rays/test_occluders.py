@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from occlusion_bake.core.rays.tracer import TraceOptions, trace
 from occlusion_bake.core.scene.scene import Instance, Scene
 from occlusion_bake.core.scene.world_mesh import centre_of, world_mesh
 from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles import shapes
 
 RAYS = 64
 
@@ -38,7 +38,7 @@ def made(instances: Sequence[Instance], distance: float | None = None) -> Occlud
 
 
 @pytest.fixture
-def crowd(shapes: Any) -> list[Instance]:
+def crowd() -> list[Instance]:
     """A floor, and one mesh over it many times: moved, turned, stretched, mirrored; its own middle off its origin."""
     ball = shapes.sphere((3.0, -1.0, 0.5), 0.25, 24)
     rng = np.random.default_rng(3)
@@ -90,7 +90,7 @@ def test_a_target_is_never_traced_as_an_instance_of_itself(
     assert np.mean(difference != 0) < 0.01 and np.abs(difference).max() <= 2
 
 
-def test_what_is_out_of_reach_is_left_out_and_changes_no_bit(shapes: Any) -> None:
+def test_what_is_out_of_reach_is_left_out_and_changes_no_bit() -> None:
     floor = shapes.instance(shapes.plane(1.0), name="floor")
     near = shapes.instance(shapes.plane(1.0, 0.5), name="near")
     reach = 1.0
@@ -104,14 +104,14 @@ def test_what_is_out_of_reach_is_left_out_and_changes_no_bit(shapes: Any) -> Non
     assert made(every).frame_for(floor).flat == set(range(6))
 
 
-def test_the_reach_is_in_world_units(shapes: Any) -> None:
+def test_the_reach_is_in_world_units() -> None:
     scaled = shapes.matrix((1e5, 0, 0), 1e3)
     floor, over = (shapes.instance(shapes.plane(1.0, z), scaled, f"at {z}") for z in (0.0, 0.5))
     assert made([floor, over], 499.0).frame_for(floor).flat == {0}
     assert made([floor, over], 501.0).frame_for(floor).flat == {0, 1}
 
 
-def test_near_objects_share_a_frame(shapes: Any) -> None:
+def test_near_objects_share_a_frame() -> None:
     row = [shapes.instance(shapes.sphere(segments=16), shapes.matrix((x, 0, 0)), f"at {x}") for x in (0, 2.5, 5)]
     occluders = made(row)
     frames = [occluders.frame_for(target) for target in row]
@@ -119,7 +119,7 @@ def test_near_objects_share_a_frame(shapes: Any) -> None:
     assert_allclose(frames[0].origin, 0, atol=1e-6)
 
 
-def test_a_tiny_object_far_away_gets_a_frame_of_its_own(shapes: Any) -> None:
+def test_a_tiny_object_far_away_gets_a_frame_of_its_own() -> None:
     large = shapes.instance(shapes.sphere(segments=16), name="large")
     tiny = shapes.instance(shapes.sphere(segments=16), shapes.matrix((2, 0, 0), 1e-3), "tiny")
     occluders = made([large, tiny])
@@ -130,7 +130,7 @@ def test_a_tiny_object_far_away_gets_a_frame_of_its_own(shapes: Any) -> None:
     assert occluders.frame_for(tiny) is second
 
 
-def test_the_frame_is_left_where_the_object_is_too_far_for_its_size(shapes: Any) -> None:
+def test_the_frame_is_left_where_the_object_is_too_far_for_its_size() -> None:
     radius = np.sqrt(3.0)  # of the box about the sphere
     for distance, shared in ((0.99 * FRAME_RADII * radius, True), (1.01 * FRAME_RADII * radius, False)):
         pair = [shapes.instance(shapes.sphere(), shapes.matrix((x, 0, 0)), f"at {x}") for x in (0.0, distance)]
@@ -139,14 +139,14 @@ def test_the_frame_is_left_where_the_object_is_too_far_for_its_size(shapes: Any)
         assert (first is second) is shared
 
 
-def test_a_frame_that_lacks_an_occluder_is_not_reused(shapes: Any) -> None:
+def test_a_frame_that_lacks_an_occluder_is_not_reused() -> None:
     row = [shapes.instance(shapes.sphere(segments=16), shapes.matrix((x, 0, 0)), f"at {x}") for x in (0, 3, 6)]
     occluders = made(row, distance=1.5)
     assert occluders.frame_for(row[0]).flat == {0, 1}
     assert occluders.frame_for(row[1]).flat == {0, 1, 2}
 
 
-def test_broken_triangles_are_reported_and_left_out(shapes: Any) -> None:
+def test_broken_triangles_are_reported_and_left_out() -> None:
     floor = shapes.instance(shapes.plane(2.0), name="floor")
     ball = shapes.sphere((0, 0, 0.7), 0.5, 24)
     vertices = ball.vertices.copy()
@@ -172,7 +172,7 @@ def test_a_broken_mesh_is_still_shared(crowd: list[Instance], monkeypatch: pytes
     assert occluders.frame_for(crowd[0]).instanced == frozenset(range(1, 13))
 
 
-def test_a_transform_that_is_not_finite_is_reported(shapes: Any) -> None:
+def test_a_transform_that_is_not_finite_is_reported() -> None:
     floor = shapes.instance(shapes.plane(1.0), name="floor")
     lost = shapes.instance(shapes.plane(1.0), shapes.matrix((np.nan, 0, 0)), "Rock.003")
     occluders = made([floor, lost])
@@ -180,13 +180,13 @@ def test_a_transform_that_is_not_finite_is_reported(shapes: Any) -> None:
     assert occluders.frame_for(floor).flat == {0}
 
 
-def test_a_target_need_not_be_an_occluder(shapes: Any) -> None:
+def test_a_target_need_not_be_an_occluder() -> None:
     room = shapes.instance(shapes.room())
     assert np.all(sums_of(room, made([]))[rasterize("room", room.mesh.uv, 64, 64).covered] == RAYS)
     assert np.all(sums_of(room, made([room])) == 0)
 
 
-def test_an_occluder_without_faces_does_no_harm(shapes: Any) -> None:
+def test_an_occluder_without_faces_does_no_harm() -> None:
     floor = shapes.instance(shapes.plane(1.0), name="floor")
     loose = replace(floor.mesh, triangles=np.zeros((0, 3), np.int32))
     none = replace(loose, vertices=np.zeros((0, 3), np.float32))

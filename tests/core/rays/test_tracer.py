@@ -18,6 +18,8 @@ from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace
 from occlusion_bake.core.scene.scene import Camera, Instance
 from occlusion_bake.core.scene.world_mesh import WorldMesh, world_mesh
 from occlusion_bake.core.texels.rasterize import owners_by_centre, rasterize
+from occlusion_bake.tests.oracles import shapes
+from occlusion_bake.tests.oracles.bakes import assert_mean
 
 ORIGIN = np.zeros(3)
 ABOVE = Camera((3.0, 1.0, 4.0), (0.0, 0.0, -1.0))
@@ -41,7 +43,7 @@ def built(*placed_meshes: WorldMesh) -> TraceScene:
 class Stage:
     """A floor of 100 × 60 texels, a corner of them free, under a sphere and beside a wall."""
 
-    def __init__(self, shapes: Any) -> None:
+    def __init__(self) -> None:
         floor = shapes.quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), cell=(0, 0, 0.9, 0.9))
         others = (shapes.sphere((0.2, 0.1, 0.7), 0.6, 48), shapes.quad((1, -2, 0), (0, 4, 0), (0, 0, 1.5)))
         self.mesh, *rest = (world_mesh(shapes.instance(mesh), ORIGIN) for mesh in (floor, *others))
@@ -54,8 +56,8 @@ class Stage:
 
 
 @pytest.fixture(scope="module")
-def stage(shapes: Any) -> Stage:
-    return Stage(shapes)
+def stage() -> Stage:
+    return Stage()
 
 
 @pytest.mark.parametrize("count", [1, 2, 48, 64, 300])
@@ -152,7 +154,7 @@ def test_texels_that_face_away_are_marked(orthographic: bool, stage: Stage) -> N
     assert not facing(stage, below).any()
 
 
-def test_the_camera_sees_the_half_of_a_sphere_that_turns_to_it(shapes: Any) -> None:
+def test_the_camera_sees_the_half_of_a_sphere_that_turns_to_it() -> None:
     ball = world_mesh(shapes.instance(shapes.sphere(segments=64)), ORIGIN)
     assert ball.uv is not None
     owner = rasterize("ball", ball.uv, 64, 32).owner
@@ -164,7 +166,7 @@ def test_the_camera_sees_the_half_of_a_sphere_that_turns_to_it(shapes: Any) -> N
     assert_array_equal((sums >= 0)[clear], (toward > 0)[clear])
 
 
-def test_rays_reach_as_far_as_they_are_told(shapes: Any) -> None:
+def test_rays_reach_as_far_as_they_are_told() -> None:
     floor, ceiling = (world_mesh(shapes.instance(shapes.plane(2.0, height)), ORIGIN) for height in (0.0, 1.0))
     scene = built(floor, ceiling)
     up = np.float32([[0, 0, 1]] * 3)
@@ -175,7 +177,7 @@ def test_rays_reach_as_far_as_they_are_told(shapes: Any) -> None:
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_no_ray_slips_between_triangles_that_share_an_edge(turned: bool, shapes: Any) -> None:
+def test_no_ray_slips_between_triangles_that_share_an_edge(turned: bool) -> None:
     """Rays from within a closed mesh to points on its edges, as exactly as float32 aims.
 
     Of those aimed at a vertex exactly Embree lets two to four in a thousand pass, in its robust mode too.
@@ -195,7 +197,7 @@ def test_an_empty_scene_is_open(stage: Stage) -> None:
     assert np.all(sums.all[:, stage.owner >= 0] == 4)
 
 
-def test_instances_stand_where_their_matrices_say(shapes: Any) -> None:
+def test_instances_stand_where_their_matrices_say() -> None:
     ceiling = shapes.plane(0.25)
     scene = TraceScene(open_device())
     matrices = np.stack([shapes.matrix((x, 0, 1), (1, 1, 1))[:3] for x in (-1, 1)])
@@ -282,7 +284,7 @@ def test_arrays_of_another_kind_are_refused(stage: Stage) -> None:
         trace(stage.scene, stage.surface.part(stage.owner[:, ::2]), [AO], TraceOptions(1))
 
 
-def test_a_smooth_normal_tilts_the_hemisphere_and_no_more(shapes: Any, assert_mean: Any) -> None:
+def test_a_smooth_normal_tilts_the_hemisphere_and_no_more() -> None:
     """On an open sheet rays below the sheet leave their own triangle alone, and there is nothing else to meet."""
     mesh = shapes.plane(1.0)
     tilted = np.tile(np.float32([0.5, 0, np.sqrt(0.75)]), (2, 3, 1))

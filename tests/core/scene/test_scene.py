@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,30 +11,24 @@ from occlusion_bake.core.base.errors import InputError
 from occlusion_bake.core.scene.checks import check_target, zero_area
 from occlusion_bake.core.scene.scene import Instance, Mesh
 from occlusion_bake.core.scene.world_mesh import bounds_of, centre_of, world_mesh
+from occlusion_bake.tests.oracles import shapes
 
 ORIGIN = np.zeros(3)
 SCALES = [(1, 1, 1), (-1, 1, 1), (-2, -3, 1), (-1, -1, -1), (0.2, 1, 5), (1e-3, 1e-3, 2e-3), (1e3, -2e3, 1e3)]
 
 
-def face_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """(T, 3) float64 unit normals by winding; zero where there is no area."""
-    a, b, c = (vertices[triangles[:, i]].astype(np.float64) for i in range(3))
-    normal = np.cross(b - a, c - a)
-    return normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-
-
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("scale", SCALES)
-def test_the_winding_stays_outward(scale: tuple[float, ...], turned: bool, shapes: Any) -> None:
+def test_the_winding_stays_outward(scale: tuple[float, ...], turned: bool) -> None:
     target = shapes.instance(shapes.sphere(segments=16), shapes.matrix((5, 6, 7), scale, turned))
     result = world_mesh(target, np.array([5.0, 6.0, 7.0]))
     middle = result.vertices[result.triangles].mean(axis=1)
-    assert np.all(np.sum(face_normals(result.vertices, result.triangles) * middle, axis=1) > 0)
+    assert np.all(np.sum(shapes.face_normals(result) * middle, axis=1) > 0)
 
 
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("scale", SCALES)
-def test_normals_are_those_of_the_ellipsoid(scale: tuple[float, ...], turned: bool, shapes: Any) -> None:
+def test_normals_are_those_of_the_ellipsoid(scale: tuple[float, ...], turned: bool) -> None:
     mesh = shapes.sphere(segments=16)
     matrix = shapes.matrix(scale=scale, turned=turned)
     result = world_mesh(shapes.instance(mesh, matrix), ORIGIN)
@@ -47,7 +40,7 @@ def test_normals_are_those_of_the_ellipsoid(scale: tuple[float, ...], turned: bo
     assert_allclose(result.normals, exact, atol=1e-6)
 
 
-def test_uvs_and_normals_follow_the_corners_of_a_mirrored_mesh(shapes: Any) -> None:
+def test_uvs_and_normals_follow_the_corners_of_a_mirrored_mesh() -> None:
     mesh = shapes.sphere(segments=12)
     plain, mirrored = (
         world_mesh(shapes.instance(mesh, shapes.matrix(scale=s)), ORIGIN) for s in ((1, 1, 1), (-1, 1, 1))
@@ -64,20 +57,20 @@ def test_uvs_and_normals_follow_the_corners_of_a_mirrored_mesh(shapes: Any) -> N
 
 
 @pytest.mark.parametrize("offset", [1e3, 1e5, 1e9])
-def test_nothing_is_rounded_before_the_origin_is_taken_off(offset: float, shapes: Any) -> None:
+def test_nothing_is_rounded_before_the_origin_is_taken_off(offset: float) -> None:
     mesh = shapes.sphere(segments=16)
     at = np.array([offset, -offset, 0.3])
     result = world_mesh(shapes.instance(mesh, shapes.matrix(at)), at)
     assert_array_equal(result.vertices, mesh.vertices)
 
 
-def test_a_flattening_matrix_leaves_no_normals(shapes: Any) -> None:
+def test_a_flattening_matrix_leaves_no_normals() -> None:
     result = world_mesh(shapes.instance(shapes.sphere(segments=8), shapes.matrix(scale=(1, 1, 0))), ORIGIN)
     assert result.normals is None
     assert np.all(result.vertices[:, 2] == 0)
 
 
-def test_a_zero_normal_stays_zero(shapes: Any) -> None:
+def test_a_zero_normal_stays_zero() -> None:
     mesh = shapes.sphere(segments=8)
     normals = mesh.normals.copy()
     normals[3, 1] = 0
@@ -88,7 +81,7 @@ def test_a_zero_normal_stays_zero(shapes: Any) -> None:
     assert np.isfinite(result.normals).all()
 
 
-def test_bounds_enclose_the_placed_mesh(shapes: Any) -> None:
+def test_bounds_enclose_the_placed_mesh() -> None:
     target = shapes.instance(shapes.room(), shapes.matrix((1e5, 2, 3), (2, -3, 4), turned=True))
     low, high = bounds_of(target)
     vertices = world_mesh(target, ORIGIN).vertices
@@ -122,19 +115,19 @@ def refusal_of(target: Instance) -> str:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_non_finite_vertices_are_counted(value: float, shapes: Any) -> None:
+def test_non_finite_vertices_are_counted(value: float) -> None:
     message = refusal_of(shapes.instance(broken(shapes.room(), value, 3), name="Cube.007"))
     assert "3 vertices are not finite" in message
 
 
 @pytest.mark.parametrize("place", [(0, 0), (1, 3)])
-def test_a_non_finite_transform_is_refused(place: tuple[int, int], shapes: Any) -> None:
+def test_a_non_finite_transform_is_refused(place: tuple[int, int]) -> None:
     matrix = np.eye(4)
     matrix[place] = np.nan
     assert "transform is not finite" in refusal_of(shapes.instance(shapes.room(), matrix, "Cube.007"))
 
 
-def test_a_transform_onto_a_line_is_refused_and_onto_a_plane_is_not(shapes: Any) -> None:
+def test_a_transform_onto_a_line_is_refused_and_onto_a_plane_is_not() -> None:
     line, plane = np.diag([2.0, 0.0, 0.0, 1.0]), np.diag([2.0, 1.0, 0.0, 1.0])
     assert "no area" in refusal_of(shapes.instance(shapes.room(), line, "Cube.007"))
     check_target(shapes.instance(shapes.room(), plane))
@@ -144,12 +137,12 @@ def test_no_faces_are_refused() -> None:
     assert "no faces" in refusal_of(Instance("Cube.007", empty(), np.eye(4)))
 
 
-def test_no_area_at_all_is_refused(shapes: Any) -> None:
+def test_no_area_at_all_is_refused() -> None:
     flat = shapes.quad((0, 0, 0), (1, 2, 3), (2, 4, 6))
     assert "zero area" in refusal_of(shapes.instance(flat, name="Cube.007"))
 
 
-def test_some_triangles_without_area_are_a_warning(shapes: Any) -> None:
+def test_some_triangles_without_area_are_a_warning() -> None:
     whole, flat = shapes.plane(1.0), shapes.quad((0, 0, 0), (1, 0, 0), (3, 0, 0))
     mesh = shapes.joined([whole, flat])
     assert_array_equal(zero_area(mesh), [False, False, True, True])
@@ -159,6 +152,6 @@ def test_some_triangles_without_area_are_a_warning(shapes: Any) -> None:
     assert check_target(shapes.instance(whole)) == []
 
 
-def test_small_triangles_have_an_area(shapes: Any) -> None:
+def test_small_triangles_have_an_area() -> None:
     tiny = shapes.quad((0, 0, 0), (1e-18, 0, 0), (0, 1e-18, 0))
     assert not zero_area(tiny).any()

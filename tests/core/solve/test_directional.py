@@ -20,6 +20,8 @@ from occlusion_bake.core.solve import directional
 from occlusion_bake.core.solve.directional import DirectionalSettings
 from occlusion_bake.core.spherical.directional_format import DirectionalFormat, rebuild
 from occlusion_bake.core.spherical.lobe import open_horizon
+from occlusion_bake.tests.oracles import shapes
+from occlusion_bake.tests.oracles.bakes import bake_one
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 
@@ -33,9 +35,7 @@ from occlusion_bake.tests.oracles.settings import flat_settings
         ((0, 1, 0), -1, np.s_[1, :, :, :]),
     ],
 )
-def test_beside_a_wall_half_of_the_cells_are_open(
-    side: int, tangent: Any, sign: float, open_half: Any, shapes: Any
-) -> None:
+def test_beside_a_wall_half_of_the_cells_are_open(side: int, tangent: Any, sign: float, open_half: Any) -> None:
     """The wall hides all directions of x < 0: of the square, by the tangent, its left, right, lower or upper half."""
     scene, floor = TraceScene(open_device(0)), world_mesh(shapes.instance(shapes.patch()), np.zeros(3))
     for mesh in (shapes.tall_wall(-1e-3), shapes.patch()):
@@ -57,7 +57,9 @@ def test_beside_a_wall_half_of_the_cells_are_open(
 )
 @pytest.mark.parametrize("turned", [False, True])
 def test_rebuilt_for_a_camera_it_is_what_is_baked_for_it(
-    code: DirectionalFormat, bound: float, turned: bool, shapes: Any, bake_one: Any
+    code: DirectionalFormat,
+    bound: float,
+    turned: bool,
 ) -> None:
     matrix = shapes.matrix((2, 3, -1), (1, -1, 1) if turned else 1.0, turned)
     view = np.array([0.6, -0.3, -1.0]) / np.linalg.norm([0.6, -0.3, -1.0])
@@ -66,7 +68,7 @@ def test_rebuilt_for_a_camera_it_is_what_is_baked_for_it(
     scene = shapes.scene(
         shapes.with_tangents(shapes.plane(1.0, name="floor")),
         shapes.sphere((0.2, 0.1, 0.6), 0.5, 48),
-        matrix=matrix,
+        under=matrix,
         camera=camera,
     )
     settings = {"maps": (reflection(10, from_camera=True),), "code": DirectionalSettings(code, 1024)}
@@ -81,7 +83,7 @@ def test_rebuilt_for_a_camera_it_is_what_is_baked_for_it(
     assert 0.0 < made.error < bound
 
 
-def test_in_the_open_it_is_the_open_horizon(shapes: Any, bake_one: Any) -> None:
+def test_in_the_open_it_is_the_open_horizon() -> None:
     code = DirectionalFormat("sh", 3)
     scene = shapes.scene(shapes.with_tangents(shapes.plane(1.0)))
     made = bake_one(scene, maps=(), code=DirectionalSettings(code)).maps["sh_3"]
@@ -93,9 +95,7 @@ def test_in_the_open_it_is_the_open_horizon(shapes: Any, bake_one: Any) -> None:
 
 
 @pytest.mark.parametrize("others", [(), (AO,)])
-def test_the_bar_goes_on_through_its_bands_to_the_end(
-    others: Any, shapes: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_bar_goes_on_through_its_bands_to_the_end(others: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(directional, "_BAND", 300)
 
     class Watched(Progress):
@@ -112,7 +112,7 @@ def test_the_bar_goes_on_through_its_bands_to_the_end(
     np.testing.assert_allclose(starts[1:], ends[:-1])
 
 
-def test_wrong_rays_and_missing_tangents_are_refused(shapes: Any, bake_one: Any) -> None:
+def test_wrong_rays_and_missing_tangents_are_refused() -> None:
     for rays in (0, 128, 300, 1 << 20):
         with pytest.raises(InputError, match="power of two"):
             DirectionalSettings(DirectionalFormat("sh", 3), rays)

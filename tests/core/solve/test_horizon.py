@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from occlusion_bake.bench.truth import formulas
 from occlusion_bake.core.finish.report import image_metadata, whole_report
 from occlusion_bake.core.options.values import told_by_images, told_by_reports
 from occlusion_bake.core.rays.map_spec import AO, reflection
@@ -18,6 +16,8 @@ from occlusion_bake.core.scene.world_mesh import WorldMesh, world_mesh
 from occlusion_bake.core.solve.horizon import cosines_to_reflected, divide
 from occlusion_bake.core.spherical.lobe import open_horizon
 from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles import formulas, shapes
+from occlusion_bake.tests.oracles.bakes import assert_mean, bake_one, means_of
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 EXPONENTS = (1.0, 10.0, 64.0)
@@ -66,7 +66,7 @@ def test_behind_the_horizon_is_taken_for_the_horizon() -> None:
 
 @pytest.mark.parametrize("degrees", [0, 30, 60, 85])
 @pytest.mark.usefixtures("unmeasured")
-def test_an_open_floor_is_1_from_every_view(degrees: float, shapes: Any, means_of: Any, assert_mean: Any) -> None:
+def test_an_open_floor_is_1_from_every_view(degrees: float) -> None:
     scene = shapes.scene(shapes.plane(1.0), camera=grazing(degrees))
     divided = means_of(scene, maps=MAPS, size=8, rays=64, threads=1, divide_horizon=True)
     for estimator in MAPS:
@@ -78,7 +78,7 @@ def test_an_open_floor_is_1_from_every_view(degrees: float, shapes: Any, means_o
 @pytest.mark.parametrize("degrees", [30, 85])
 @pytest.mark.parametrize("away", [1, -1])
 @pytest.mark.usefixtures("unmeasured")
-def test_before_a_wall(away: float, degrees: float, shapes: Any, means_of: Any, assert_mean: Any) -> None:
+def test_before_a_wall(away: float, degrees: float) -> None:
     """A wall along y, towards +x, R leaning to it or away: both RO and what is open of it are integrals of cosᵉ over
     what is left of the lobe's half-circle, so that the whole is of no account."""
     height, exponent = 0.8, 10.0
@@ -98,7 +98,7 @@ def _lobe(exponent: float, start: float, end: float) -> float:
     return float(np.sum(np.cos(middles) ** exponent) * (angles[1] - angles[0]))
 
 
-def sphere_scene(shapes: Any) -> Scene:
+def sphere_scene() -> Scene:
     ball = shapes.sphere((0.2, 0.1, 0.7), 0.6, 32, name="ball")
     scene: Scene = shapes.scene(
         ball, shapes.plane(2.0, name="floor"), camera=Camera((1.0, -4.0, 1.0), (0.0, 0.0, -1.0))
@@ -106,9 +106,9 @@ def sphere_scene(shapes: Any) -> Scene:
     return scene
 
 
-def test_only_maps_about_the_reflected_direction_change(shapes: Any, bake_one: Any) -> None:
+def test_only_maps_about_the_reflected_direction_change() -> None:
     maps = (AO, replace(reflection(10), name="by normal"), reflection(10, from_camera=True))
-    kept, divided = (bake_one(sphere_scene(shapes), maps=maps, size=48, divide_horizon=on).maps for on in (False, True))
+    kept, divided = (bake_one(sphere_scene(), maps=maps, size=48, divide_horizon=on).maps for on in (False, True))
     for name in ("ao", "by normal"):
         assert_array_equal(kept[name].values, divided[name].values)
         assert (kept[name].error, kept[name].mean) == (divided[name].error, divided[name].mean)
@@ -120,7 +120,7 @@ def test_only_maps_about_the_reflected_direction_change(shapes: Any, bake_one: A
     assert np.isfinite(after.values).all()
 
 
-def test_without_a_camera_nothing_happens(shapes: Any, bake_one: Any) -> None:
+def test_without_a_camera_nothing_happens() -> None:
     scene = shapes.scene(shapes.plane(1.0), shapes.sphere((0, 0, 1.0), 0.6, 16))
     kept, divided = (bake_one(scene, divide_horizon=on).maps["ao"].values for on in (False, True))
     assert_array_equal(kept, divided)
@@ -130,7 +130,7 @@ def test_by_default_the_formula_stands() -> None:
     assert not any(spec.divided for spec in MAPS)
 
 
-def test_the_angle_is_that_of_the_view(shapes: Any) -> None:
+def test_the_angle_is_that_of_the_view() -> None:
     """R = d − 2(d·n)n, by the shading normal, from a camera at a point; flat and smooth, facing and not."""
     for smooth in (False, True):
         ball = world_mesh(shapes.instance(shapes.sphere(segments=32, smooth=smooth)), np.zeros(3))
@@ -145,7 +145,7 @@ def test_the_angle_is_that_of_the_view(shapes: Any) -> None:
     assert cosines[middle] == pytest.approx(1.0, abs=2e-2)
 
 
-def test_a_camera_on_the_surface_divides_by_no_nothing(shapes: Any) -> None:
+def test_a_camera_on_the_surface_divides_by_no_nothing() -> None:
     floor = world_mesh(shapes.instance(shapes.plane(1.0)), np.zeros(3))
     assert floor.uv is not None
     owner = np.zeros((1, 1), np.int32)
@@ -163,13 +163,13 @@ def test_texels_without_a_value_stay_so() -> None:
     assert_allclose(sums, np.float32([[-1, 0, 4, 4 / 3]]))
 
 
-def test_the_report_and_the_images_tell(shapes: Any, bake_one: Any) -> None:
+def test_the_report_and_the_images_tell() -> None:
     from occlusion_bake.core.rays.embree import open_device
 
     maps = (AO, reflection(10, from_camera=True))
     for on, word, told in ((False, "keep", "kept"), (True, "divide", "divided")):
         settings = flat_settings(maps, width=16, height=16, rays=4, divide_horizon=on)
-        baked = bake_one(sphere_scene(shapes), maps=maps, rays=4, divide_horizon=on)
+        baked = bake_one(sphere_scene(), maps=maps, rays=4, divide_horizon=on)
         assert whole_report(told_by_reports(settings), open_device(), {}, [])["ro_horizon"] == word
         assert image_metadata(baked, "ro_10", told_by_images(settings))["horizon"] == told
         assert image_metadata(baked, "ao", told_by_images(settings))["horizon"] == "kept"

@@ -13,6 +13,8 @@ from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
 from occlusion_bake.core.scene.scene import Scene
 from occlusion_bake.core.solve.solver import Goal, first_rays, solve
 from occlusion_bake.core.solve.surface_filter import SurfaceFilter
+from occlusion_bake.tests.oracles import shapes
+from occlusion_bake.tests.oracles.bakes import assert_mean, bake_one, means_of
 
 RADIUS = 0.6
 SIZE = 64
@@ -27,7 +29,7 @@ def rmse(values: np.ndarray, truth: np.ndarray) -> float:
 
 
 @pytest.fixture(scope="module")
-def resting(shapes: Any) -> Scene:
+def resting() -> Scene:
     """A sphere on a floor: visibility is known at every point of it."""
     scene: Scene = shapes.scene(shapes.plane(2.0, name="floor"), shapes.sphere((0, 0, RADIUS), RADIUS, 128))
     return scene
@@ -42,7 +44,7 @@ def exact() -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def partial(shapes: Any) -> Scene:
+def partial() -> Scene:
     """A floor where visibility changes everywhere: under a sphere, beside a wall, with a far corner of it open."""
     others = (shapes.sphere((0.2, 0.1, 0.7), RADIUS, 48), shapes.quad((1, -2, 0), (0, 4, 0), (0, 0, 1.5), name="wall"))
     scene: Scene = shapes.scene(shapes.plane(2.0, name="floor"), *others)
@@ -50,21 +52,23 @@ def partial(shapes: Any) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def converged(partial: Scene, bake_one: Any) -> Baked:
+def converged(partial: Scene) -> Baked:
     baked: Baked = bake_one(partial, maps=MAPS, size=SIZE, rays=4096, seed=1000)
     return baked
 
 
 @pytest.mark.parametrize("rays", BEST_RATIO)
 def test_rays_are_as_good_as_scrambled_sobol_points(
-    rays: int, resting: Scene, exact: np.ndarray, bake_one: Any
+    rays: int,
+    resting: Scene,
+    exact: np.ndarray,
 ) -> None:
     errors = [rmse(bake_one(resting, size=SIZE, rays=rays, seed=seed).maps["ao"].values, exact) for seed in range(4)]
     independent = np.sqrt(np.mean(exact * (1 - exact)) / rays)
     assert np.mean(errors) < BEST_RATIO[rays] * independent
 
 
-def test_more_rays_are_better(resting: Scene, exact: np.ndarray, bake_one: Any) -> None:
+def test_more_rays_are_better(resting: Scene, exact: np.ndarray) -> None:
     errors = [
         rmse(bake_one(resting, size=SIZE, rays=rays).maps["ao"].values, exact) for rays in (1, 4, 16, 64, 256, 1024)
     ]
@@ -72,7 +76,7 @@ def test_more_rays_are_better(resting: Scene, exact: np.ndarray, bake_one: Any) 
     assert errors[-1] < 3e-3  # of which 0.8e-3 are the sphere's facets and the texels' extent
 
 
-def test_naive_samplers_are_worse(resting: Scene, exact: np.ndarray, bake_one: Any) -> None:
+def test_naive_samplers_are_worse(resting: Scene, exact: np.ndarray) -> None:
     def error(sampler: str) -> float:
         baked = bake_one(resting, maps=(sampled(AO, sampler),), size=SIZE, rays=64)
         return rmse(baked.maps["ao"].values, exact)
@@ -81,13 +85,13 @@ def test_naive_samplers_are_worse(resting: Scene, exact: np.ndarray, bake_one: A
     assert 1.1 * best < hemisphere < sphere
 
 
-def test_the_mean_of_a_picture_is_unbiased(resting: Scene, means_of: Any, assert_mean: Any, exact: np.ndarray) -> None:
+def test_the_mean_of_a_picture_is_unbiased(resting: Scene, exact: np.ndarray) -> None:
     for rays in (1, 7):
         assert_mean(means_of(resting, size=SIZE, rays=rays)["ao"], float(exact.mean()), slack=1e-4)
 
 
 @pytest.mark.parametrize("rays", [1, 2, 3, 4, 16, 64, 256])
-def test_the_estimated_error_is_the_true_one(rays: int, partial: Scene, converged: Baked, bake_one: Any) -> None:
+def test_the_estimated_error_is_the_true_one(rays: int, partial: Scene, converged: Baked) -> None:
     baked = bake_one(partial, maps=MAPS, size=SIZE, rays=rays)
     for name, result in baked.maps.items():
         true = rmse(result.values, converged.maps[name].values)
@@ -95,7 +99,7 @@ def test_the_estimated_error_is_the_true_one(rays: int, partial: Scene, converge
         assert 0.7 < result.error / true < 1.4, f"{name}: {result.error:.5f}, in truth {true:.5f}"
 
 
-def test_the_estimated_error_holds_for_odd_chunks_of_rays(partial: Scene, converged: Baked, bake_one: Any) -> None:
+def test_the_estimated_error_holds_for_odd_chunks_of_rays(partial: Scene, converged: Baked) -> None:
     """Rays go in chunks of 256; where the halves differ by one ray, one of them ends in a chunk of its own."""
     baked = bake_one(partial, size=SIZE, rays=513)
     true = rmse(baked.maps["ao"].values, converged.maps["ao"].values)
@@ -103,13 +107,13 @@ def test_the_estimated_error_holds_for_odd_chunks_of_rays(partial: Scene, conver
 
 
 @pytest.mark.parametrize("rays", [1, 16])
-def test_where_nothing_varies_the_error_is_0(rays: int, shapes: Any, bake_one: Any) -> None:
+def test_where_nothing_varies_the_error_is_0(rays: int) -> None:
     for mesh, value in ((shapes.plane(1.0), 1.0), (shapes.room(), 0.0)):
         result = bake_one(shapes.scene(mesh), rays=rays).maps["ao"]
         assert np.all(result.values[result.covered] == value) and result.mean == value and result.error == 0.0
 
 
-def test_a_filtered_bake_knows_its_error_too(partial: Scene, converged: Baked, bake_one: Any) -> None:
+def test_a_filtered_bake_knows_its_error_too(partial: Scene, converged: Baked) -> None:
     for rays in (16, 64):
         baked = bake_one(partial, maps=MAPS, size=SIZE, rays=rays, filtered=True)
         for name, result in baked.maps.items():
@@ -117,7 +121,7 @@ def test_a_filtered_bake_knows_its_error_too(partial: Scene, converged: Baked, b
             assert 0.7 < result.error / true < 1.4, f"{name}: {result.error:.5f}, in truth {true:.5f}"
 
 
-def test_the_error_that_99_of_100_stay_within(partial: Scene, converged: Baked, bake_one: Any) -> None:
+def test_the_error_that_99_of_100_stay_within(partial: Scene, converged: Baked) -> None:
     for settings in ({"rays": 64}, {"rays": 16, "filtered": True}):
         result = bake_one(partial, size=SIZE, **settings).maps["ao"]
         within = np.abs(result.values - converged.maps["ao"].values) <= result.p99
@@ -127,14 +131,17 @@ def test_the_error_that_99_of_100_stay_within(partial: Scene, converged: Baked, 
 @pytest.mark.parametrize("filtered", [True, False])
 @pytest.mark.parametrize("error", [0.03, 0.01, 0.005])
 def test_a_bake_to_an_error_gets_there(
-    error: float, filtered: bool, partial: Scene, converged: Baked, bake_one: Any
+    error: float,
+    filtered: bool,
+    partial: Scene,
+    converged: Baked,
 ) -> None:
     result = bake_one(partial, size=SIZE, error=error, filtered=filtered).maps["ao"]
     assert result.error <= error
     assert rmse(result.values, converged.maps["ao"].values) < 1.3 * error
 
 
-def test_less_error_costs_more_rays_and_the_filter_saves_them(partial: Scene, bake_one: Any) -> None:
+def test_less_error_costs_more_rays_and_the_filter_saves_them(partial: Scene) -> None:
     def rays(error: float, **settings: Any) -> int:
         return int(bake_one(partial, size=SIZE, error=error, **settings).maps["ao"].rays)
 
@@ -143,7 +150,7 @@ def test_less_error_costs_more_rays_and_the_filter_saves_them(partial: Scene, ba
     assert 2 * filtered[1] < rays(0.01, filtered=False)
 
 
-def test_rays_go_where_the_error_is(shapes: Any, bake_one: Any) -> None:
+def test_rays_go_where_the_error_is() -> None:
     """Beside a wall on a wide floor, where rays reach no farther than the wall is high."""
     wall = shapes.quad((0, -40, 0), (0, 80, 0), (0, 0, 0.6), name="wall")
     scene = shapes.scene(shapes.plane(20.0, name="floor"), wall)
@@ -153,7 +160,7 @@ def test_rays_go_where_the_error_is(shapes: Any, bake_one: Any) -> None:
     assert plain.error < 0.6 * uniform.error  # with as many rays
 
 
-def test_an_error_out_of_reach_is_admitted(shapes: Any, bake_one: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_out_of_reach_is_admitted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("occlusion_bake.core.solve.solver.MOST_ROUNDS", 1)
     scene = shapes.scene(shapes.plane(2.0, name="floor"), shapes.sphere((0, 0, RADIUS), RADIUS, 32))
     baked = bake_one(scene, size=32, error=2e-5)
@@ -161,7 +168,7 @@ def test_an_error_out_of_reach_is_admitted(shapes: Any, bake_one: Any, monkeypat
     assert any(line.startswith("floor: ao has an error of") and "larger image" in line for line in baked.warnings)
 
 
-def test_a_closed_and_an_open_surface_need_no_second_round(shapes: Any, bake_one: Any) -> None:
+def test_a_closed_and_an_open_surface_need_no_second_round() -> None:
     for mesh, value in ((shapes.plane(1.0), 1.0), (shapes.room(), 0.0)):
         result = bake_one(shapes.scene(mesh), size=32, error=0.001).maps["ao"]
         assert np.all(result.values[result.covered] == value) and result.error == 0.0

@@ -14,6 +14,8 @@ from occlusion_bake.core.scene.scene import Mesh, Scene
 from occlusion_bake.core.scene.world_mesh import world_surface
 from occlusion_bake.core.solve.surface_filter import SurfaceFilter
 from occlusion_bake.core.texels.rasterize import rasterize
+from occlusion_bake.tests.oracles import shapes
+from occlusion_bake.tests.oracles.bakes import bake_one
 
 SIDE = 64
 
@@ -21,7 +23,7 @@ SIDE = 64
 class Sheet:
     """A mesh's texels and their filter."""
 
-    def __init__(self, shapes: Any, mesh: Mesh, side: int = SIDE) -> None:
+    def __init__(self, mesh: Mesh, side: int = SIDE) -> None:
         assert mesh.uv is not None
         self.owner = rasterize(mesh.name, mesh.uv, side, side).owner
         self.owned = self.owner >= 0
@@ -36,8 +38,8 @@ class Sheet:
 
 
 @pytest.fixture(scope="module")
-def flat(shapes: Any) -> Sheet:
-    return Sheet(shapes, shapes.plane(1.0))
+def flat() -> Sheet:
+    return Sheet(shapes.plane(1.0))
 
 
 def ramp(sheet: Sheet) -> np.ndarray:
@@ -47,10 +49,10 @@ def ramp(sheet: Sheet) -> np.ndarray:
 
 
 @pytest.mark.parametrize("turned", [False, True])
-def test_what_is_linear_on_a_plane_stays(turned: bool, shapes: Any) -> None:
+def test_what_is_linear_on_a_plane_stays(turned: bool) -> None:
     """To the edges, where the neighbours lie on one side."""
     plane = shapes.quad((-1, -1, 0.3), (2, 0.4, 0.1), (-0.3, 2, 0.5)) if turned else shapes.plane(1.0)
-    sheet = Sheet(shapes, plane)
+    sheet = Sheet(plane)
     filtered = sheet.filter(ramp(sheet), 0.04)
     inner = slice(8, -8)
     assert_allclose(filtered[inner, inner], ramp(sheet)[inner, inner], atol=2e-5)
@@ -88,34 +90,34 @@ def test_detail_finer_than_the_filter_comes_through(flat: Sheet) -> None:
     assert np.sqrt(np.mean((filtered - np.clip(detail, 0, 1)) ** 2)) < 0.03
 
 
-def values_by_side(sheet: Sheet, shapes: Any, room: Mesh) -> np.ndarray:
+def values_by_side(sheet: Sheet, room: Mesh) -> np.ndarray:
     """One value for each of a room's sides, 0 to 1."""
     return np.where(sheet.owned, (sheet.owner // 2) / 5.0, 0.0)
 
 
-def test_nothing_is_asked_round_an_edge(shapes: Any) -> None:
+def test_nothing_is_asked_round_an_edge() -> None:
     """Each side of a room has a value of its own, and so much noise that no guide tells them apart."""
-    sheet = Sheet(shapes, shapes.room(), 96)
-    value = values_by_side(sheet, shapes, shapes.room())
+    sheet = Sheet(shapes.room(), 96)
+    value = values_by_side(sheet, shapes.room())
     filtered = sheet.filter(value, 100.0)
     assert_allclose(filtered[sheet.owned], value[sheet.owned], atol=1e-5)
 
 
-def test_nothing_is_asked_through_a_wall(shapes: Any) -> None:
+def test_nothing_is_asked_through_a_wall() -> None:
     """Two sheets a tenth of a texel apart, back to back; two a few texels apart that face the same way."""
     for up, gap in ((-1.0, 0.003), (1.0, 0.15)):
         below = shapes.quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), cell=(0.0, 0, 0.48, 0.48))
         above = shapes.quad((-1, -up, gap), (2, 0, 0), (0, 2 * up, 0), cell=(0.5, 0.5, 0.98, 0.98))
-        sheet = Sheet(shapes, shapes.joined([below, above]), 128)
+        sheet = Sheet(shapes.joined([below, above]), 128)
         value = np.where(sheet.owner >= 2, 0.9, 0.1) * sheet.owned
         assert_allclose(sheet.filter(value, 100.0)[sheet.owned], value[sheet.owned], atol=1e-4)
 
 
-def test_neighbours_are_found_across_the_seam_of_charts(shapes: Any) -> None:
+def test_neighbours_are_found_across_the_seam_of_charts() -> None:
     """A floor of two charts, far apart in the image and turned against each other, is filtered as one chart is."""
     left = shapes.quad((-1, -1, 0), (1, 0, 0), (0, 2, 0), cell=(0.0, 0.0, 0.25, 0.5))
     right = shapes.quad((0, -1, 0), (1, 0, 0), (0, 2, 0), cell=(0.75, 0.5, 1.0, 1.0))
-    sheet = Sheet(shapes, shapes.joined([left, right]), 128)
+    sheet = Sheet(shapes.joined([left, right]), 128)
     rng = np.random.default_rng(4)
     noisy = (ramp(sheet) + 0.05 * rng.standard_normal(sheet.owner.shape)) * sheet.owned
     error = sheet.filter(noisy, 0.05**2) - ramp(sheet)
@@ -166,11 +168,11 @@ def test_plain_keeps_the_values_and_tells_their_noise(flat: Sheet) -> None:
     assert expected.std() < 0.5 * noise.std()  # crude estimates of neighbours are averaged
 
 
-def test_the_number_of_threads_changes_no_bit(shapes: Any) -> None:
+def test_the_number_of_threads_changes_no_bit() -> None:
     ball = shapes.sphere(segments=24)
     results = []
     for threads in (1, 3):
-        sheet = Sheet(shapes, ball)
+        sheet = Sheet(ball)
         sheet.surface_filter = SurfaceFilter(replace(sheet.surface, threads=threads))
         rng = np.random.default_rng(7)
         results.append(sheet.filter(rng.random((SIDE, SIDE)), 0.1))
@@ -178,17 +180,15 @@ def test_the_number_of_threads_changes_no_bit(shapes: Any) -> None:
 
 
 @pytest.mark.parametrize("factor", [1e-3, 1e3])
-def test_size_does_not_matter(factor: float, shapes: Any) -> None:
+def test_size_does_not_matter(factor: float) -> None:
     rng = np.random.default_rng(8)
     value = rng.random((SIDE, SIDE))
-    one, other = (
-        Sheet(shapes, shapes.sphere(radius=radius, segments=24)).filter(value, 0.1) for radius in (1.0, factor)
-    )
+    one, other = (Sheet(shapes.sphere(radius=radius, segments=24)).filter(value, 0.1) for radius in (1.0, factor))
     assert np.abs(one - other).mean() < 1e-3
 
 
 @pytest.mark.parametrize("gap", [0.02, 0.1])
-def test_a_thin_gap_keeps_its_shadow(gap: float, shapes: Any, bake_one: Any) -> None:
+def test_a_thin_gap_keeps_its_shadow(gap: float) -> None:
     """Two walls with a slot between them, a texel or a few wide, on a floor: the light in it is left as it is."""
     walls = [shapes.quad((x, -2, 0), (0, 4, 0), (0, 0, 1.0), name=f"wall {x}") for x in (-gap / 2, gap / 2)]
     scene: Scene = shapes.scene(shapes.plane(1.0, name="floor"), *walls)
@@ -205,18 +205,18 @@ def test_a_thin_gap_keeps_its_shadow(gap: float, shapes: Any, bake_one: Any) -> 
 
 
 @pytest.mark.parametrize("most", [200, 1000])
-def test_a_filter_in_parts_is_the_same_filter(most: int, shapes: Any) -> None:
+def test_a_filter_in_parts_is_the_same_filter(most: int) -> None:
     """An image too large to be held at once: every texel once, by the same neighbours."""
-    sheet = Sheet(shapes, shapes.sphere())
+    sheet = Sheet(shapes.sphere())
     noisy = ramp(sheet) + 0.05 * np.random.default_rng(8).standard_normal(sheet.owner.shape)
     whole = sheet.filter(noisy, 0.05**2)
     sheet.surface_filter = SurfaceFilter(sheet.surface, most=most)
     assert_allclose(sheet.filter(noisy, 0.05**2), whole, atol=1e-6)
 
 
-def test_parts_of_a_surface_without_extent(shapes: Any) -> None:
+def test_parts_of_a_surface_without_extent() -> None:
     """All texels in one place: one part, however many they are."""
-    sheet = Sheet(shapes, shapes.plane(1e-30))
+    sheet = Sheet(shapes.plane(1e-30))
     values = np.full(sheet.owner.shape, 0.25)
     sheet.surface_filter = SurfaceFilter(sheet.surface, most=100)
     assert_allclose(sheet.filter(values, 0.1)[sheet.owned], 0.25, atol=1e-6)

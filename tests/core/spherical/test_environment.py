@@ -26,6 +26,7 @@ from occlusion_bake.core.spherical.octahedral_map import (
     sample_weights,
     solid_angles,
 )
+from occlusion_bake.tests.oracles.light import energy
 
 UP = np.array([[0.0, 0.0, 1.0]])
 Doubles = np.ndarray[Any, Any]
@@ -39,10 +40,6 @@ def ways(count: int, seed: int = 0) -> Doubles:
 
 def grey(values: Doubles) -> Doubles:
     return np.repeat(values[..., np.newaxis], 3, axis=-1)
-
-
-def energy(environment: Environment) -> Doubles:
-    return (environment.radiance * solid_angles(len(environment.radiance))[..., np.newaxis]).sum(axis=(0, 1))
 
 
 def turned() -> Doubles:

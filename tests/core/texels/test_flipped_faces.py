@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.bake import Baked, bake
+from occlusion_bake.core.bake import bake
 from occlusion_bake.core.rays import occluders
 from occlusion_bake.core.rays.map_spec import reflection
-from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
+from occlusion_bake.core.scene.scene import Camera, Mesh, Scene
+from occlusion_bake.tests.oracles import shapes
+from occlusion_bake.tests.oracles.bakes import bake_among
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 SETTINGS = flat_settings(width=48, height=32, rays=4, margin=0)
@@ -24,65 +26,57 @@ def turn(mesh: Mesh, rows: Any) -> Mesh:
     return replace(mesh, triangles=triangles, uv=uv, normals=None)
 
 
-def block(shapes: Any) -> Mesh:
-    return turn(shapes.room(name="block"), slice(None))
-
-
-def one(target: Instance, *others: Instance) -> Baked:
-    (baked,) = bake(Scene([target], [target, *others]), SETTINGS)
-    return baked
-
-
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
 @pytest.mark.parametrize(("offset", "scale"), [(0.0, 1.0), (1e5, 1e-2), (1e3, 1e3)])
-def test_faces_turned_round(offset: float, scale: float, mirror: float, shapes: Any) -> None:
+def test_faces_turned_round(offset: float, scale: float, mirror: float) -> None:
     """One side of a box, then two that look at one another: a sixth of the texels each, and a line that says so."""
     matrix = shapes.matrix((offset, -offset, offset), (scale, mirror * scale, scale), turned=True)
     for sides in (0, 1, 2):
-        baked = one(shapes.instance(turn(block(shapes), slice(0, 2 * sides)), matrix))
+        baked = bake_among(SETTINGS, shapes.instance(turn(shapes.block(), slice(0, 2 * sides)), matrix))
         assert baked.surface.flipped == pytest.approx(sides / 6.0, abs=0.01)
         told = [line for line in baked.warnings if "the backs of its own faces alone" in line]
         assert len(told) == (sides > 0), baked.warnings
 
 
-def test_what_is_sound_has_none(shapes: Any) -> None:
+def test_what_is_sound_has_none() -> None:
     """Closed, open, seen from within, before a wall, among others; and what does not occlude itself."""
     ball, plane = shapes.sphere(segments=32), shapes.plane(1.0)
     room, open_room = shapes.room(), shapes.room(("-x", "+x", "-y", "+y", "-z"))
     bowl = turn(ball, slice(None))
     bowl = replace(bowl, triangles=bowl.triangles[200:], uv=bowl.uv[200:])  # type: ignore[index]
-    for mesh in (ball, plane, room, open_room, bowl, block(shapes)):
-        assert one(shapes.instance(mesh), shapes.instance(shapes.plane(9.0, -2.0, name="floor"))).surface.flipped == 0.0
-    target = shapes.instance(turn(block(shapes), slice(0, 2)))
+    for mesh in (ball, plane, room, open_room, bowl, shapes.block()):
+        floor = shapes.instance(shapes.plane(9.0, -2.0, name="floor"))
+        assert bake_among(SETTINGS, shapes.instance(mesh), floor).surface.flipped == 0.0
+    target = shapes.instance(turn(shapes.block(), slice(0, 2)))
     (ghost,) = bake(Scene([target], [shapes.instance(plane)]), SETTINGS)
     assert ghost.surface.flipped == 0.0
 
 
-def test_a_part_buried_in_another_of_the_same_mesh(shapes: Any) -> None:
-    inner = replace(block(shapes), vertices=block(shapes).vertices * np.float32(0.5))
-    both = shapes.joined([inner, block(shapes)])
+def test_a_part_buried_in_another_of_the_same_mesh() -> None:
+    inner = replace(shapes.block(), vertices=shapes.block().vertices * np.float32(0.5))
+    both = shapes.joined([inner, shapes.block()])
     half = both.uv * np.float32([0.5, 1.0])
     half[12:, :, 0] += np.float32(0.5)
-    baked = one(shapes.instance(replace(both, uv=half)))
+    baked = bake_among(SETTINGS, shapes.instance(replace(both, uv=half)))
     assert baked.surface.flipped == pytest.approx(0.5, abs=0.01)
 
 
-def test_instances_around_it_change_nothing(shapes: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_instances_around_it_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(occluders, "COPIED_TRIANGLES", 0)
-    target = shapes.instance(turn(block(shapes), slice(0, 2)))
+    target = shapes.instance(turn(shapes.block(), slice(0, 2)))
     ball = shapes.sphere(segments=8)
     others = [shapes.instance(ball, shapes.matrix((4 * i, 0, 0)), f"ball {i}") for i in (1, 2, 3)]
-    assert one(target, *others).surface.flipped == pytest.approx(1 / 6, abs=0.01)
+    assert bake_among(SETTINGS, target, *others).surface.flipped == pytest.approx(1 / 6, abs=0.01)
 
 
-def test_a_map_without_light_is_told(shapes: Any) -> None:
+def test_a_map_without_light_is_told() -> None:
     """Inside out and closed there is nothing to tell it from a room by but that all is black."""
-    (line,) = one(shapes.instance(shapes.room(name="Box"))).warnings
+    (line,) = bake_among(SETTINGS, shapes.instance(shapes.room(name="Box"))).warnings
     assert line.startswith("Box: no light reaches it: its normals are turned inwards")
-    assert not one(shapes.instance(shapes.room(("-x", "+x", "-z")))).warnings
+    assert not bake_among(SETTINGS, shapes.instance(shapes.room(("-x", "+x", "-z")))).warnings
 
 
-def test_what_faces_away_from_the_camera_is_not_dark(shapes: Any) -> None:
+def test_what_faces_away_from_the_camera_is_not_dark() -> None:
     settings = flat_settings((reflection(10.0, from_camera=True),), width=16, height=16, rays=4, margin=0)
     plane = shapes.instance(shapes.plane(1.0))
     (baked,) = bake(Scene([plane], [plane], Camera((0.0, 0.0, -5.0), (0.0, 0.0, 1.0))), settings)

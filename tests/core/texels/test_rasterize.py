@@ -13,6 +13,7 @@ from occlusion_bake.core.rays.kernel_api import Control
 from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.scene.world_mesh import WorldMesh
 from occlusion_bake.core.texels.rasterize import Texels, owners_by_centre, rasterize
+from occlusion_bake.tests.oracles import shapes
 
 Points = list[tuple[float, float]]
 SIZES = [(24, 17), (7, 31), (16, 16), (1, 9)]
@@ -131,7 +132,7 @@ def test_a_whole_chart_covers_every_texel_once(cells: int) -> None:
     assert not any("overlap" in line or "leave" in line for line in texels.warnings)
 
 
-def test_sub_texel_triangles_get_their_texels(shapes: Any) -> None:
+def test_sub_texel_triangles_get_their_texels() -> None:
     uv = np.float32([[(5.2, 3.3), (5.6, 3.3), (5.2, 3.8)], [(9.9, 0.1), (10.1, 0.1), (10.1, 0.2)]]) / 16
     texels = rasterize("dust", uv, 16, 16)
     assert texels.count == 3
@@ -141,7 +142,7 @@ def test_sub_texel_triangles_get_their_texels(shapes: Any) -> None:
     assert_allclose(texels.coverage[15, 9] + texels.coverage[15, 10], 0.01, atol=1e-6)
 
 
-def test_the_later_triangle_wins_a_tie(shapes: Any) -> None:
+def test_the_later_triangle_wins_a_tie() -> None:
     once = shapes.plane(1.0).uv
     texels = rasterize("twice", np.concatenate([once, once]), 8, 8)
     assert np.all(texels.owner >= 2)
@@ -156,7 +157,7 @@ def test_the_larger_share_wins_over_the_later() -> None:
     assert rasterize("both", np.float32([rest, most]), 1, 1).owner[0, 0] == 1
 
 
-def test_v_is_1_at_the_top_of_an_oblong_image(shapes: Any) -> None:
+def test_v_is_1_at_the_top_of_an_oblong_image() -> None:
     uv = shapes.quad((0, 0, 0), (1, 0, 0), (0, 1, 0), cell=(0, 0.75, 0.5, 1)).uv
     texels = rasterize("corner", uv, 16, 8)
     expected = np.zeros((8, 16), dtype=bool)
@@ -165,32 +166,32 @@ def test_v_is_1_at_the_top_of_an_oblong_image(shapes: Any) -> None:
     assert np.all(texels.coverage[expected] == 1)
 
 
-def test_mirrored_charts_are_drawn_too(shapes: Any) -> None:
+def test_mirrored_charts_are_drawn_too() -> None:
     uv = shapes.plane(1.0).uv * np.float32([-1, 1]) + np.float32([1, 0])
     assert rasterize("mirrored", uv, 8, 8).covered.all()
 
 
-def test_skipped_triangles_get_nothing(shapes: Any) -> None:
+def test_skipped_triangles_get_nothing() -> None:
     uv = shapes.plane(1.0).uv
     texels = rasterize("half", uv, 8, 8, skip=np.array([True, False]))
     assert set(np.unique(texels.owner)) == {-1, 1}
     assert_allclose(texels.coverage.sum(), 32, atol=1e-3)
 
 
-def test_uvs_that_leave_the_square_are_counted(shapes: Any) -> None:
+def test_uvs_that_leave_the_square_are_counted() -> None:
     quad = shapes.plane(1.0).uv
     texels = rasterize("Rock", np.concatenate([quad, quad * 0.5 + np.float32(0.75)]), 8, 8)
     assert "Rock: 2 triangles leave the 0-1 UV square; what lies outside is not baked" in texels.warnings
     assert texels.covered.all()
 
 
-def test_degenerate_uvs_are_counted(shapes: Any) -> None:
+def test_degenerate_uvs_are_counted() -> None:
     uv = np.concatenate([shapes.plane(1.0).uv, np.zeros((3, 3, 2), np.float32), shapes.plane(1.0).uv * np.nan])
     texels = rasterize("Rock", uv.astype(np.float32), 8, 8)
     assert texels.warnings == ["Rock: 5 triangles have no area in the texture and get no texels"]
 
 
-def test_overlap_is_counted(shapes: Any) -> None:
+def test_overlap_is_counted() -> None:
     quad = shapes.plane(1.0).uv
     texels = rasterize("Rock", np.concatenate([quad, quad * 0.5]), 8, 8)
     assert texels.warnings == ["Rock: UVs overlap on 16 of 64 texels (25.0 %); each shows one of its faces"]
@@ -205,14 +206,14 @@ def test_overlap_is_counted(shapes: Any) -> None:
         (lambda uv: uv * np.float32(np.nan), "of 2 triangles 2 have no area"),
     ],
 )
-def test_uvs_that_cover_nothing_are_refused(change: Any, cause: str, shapes: Any) -> None:
+def test_uvs_that_cover_nothing_are_refused(change: Any, cause: str) -> None:
     with pytest.raises(InputError, match=cause) as refusal:
         rasterize("Rock", change(shapes.plane(1.0).uv), 8, 8)
     assert str(refusal.value).startswith("Rock: ")
     assert "\n" not in str(refusal.value)
 
 
-def test_an_already_cancelled_rasterization_ends(shapes: Any) -> None:
+def test_an_already_cancelled_rasterization_ends() -> None:
     with pytest.raises(Cancelled):
         rasterize("plane", shapes.plane(1.0).uv, 8, 8, control=Control(cancel=1))
 
@@ -257,7 +258,7 @@ def test_surface_points_are_the_middles_of_the_footprints(size: tuple[int, int])
     assert np.all(positions[owner < 0] == 0) and np.all(normals[owner < 0] == 0)
 
 
-def test_surface_points_lie_on_the_surface(shapes: Any) -> None:
+def test_surface_points_lie_on_the_surface() -> None:
     sphere = shapes.sphere(segments=32)
     surface = WorldMesh(sphere.vertices, sphere.triangles, sphere.uv, sphere.normals)
     owner = rasterize("sphere", sphere.uv, 50, 40).owner

@@ -19,6 +19,7 @@ from occlusion_bake.core.scene.scene import Mesh, Scene
 from occlusion_bake.core.settings import ImageSettings
 from occlusion_bake.core.texels import shading_normals
 from occlusion_bake.core.texels.vertex_bake import corner_values, with_corner_cells
+from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 LEANING = np.array([0.6, 0.0, 0.8])  # along tangent, bitangent and normal
@@ -39,10 +40,10 @@ def mapped(scene: Scene, layers: Sequence[NormalMapLayer], which: Sequence[int] 
     return replace(scene, targets=[made], occluders=[made, *scene.occluders[1:]])
 
 
-def floor(shapes: Any, matrix: Any = None, tangent: Any = (1, 0, 0), sign: float = 1.0) -> Any:
+def floor(matrix: Any = None, tangent: Any = (1, 0, 0), sign: float = 1.0) -> Any:
     """A square, and its mesh. What looks down through it, as through all open sheets, meets a backing."""
     mesh = shapes.with_tangents(shapes.plane(1.0, name="floor"), tangent, sign)
-    return shapes.scene(mesh, shapes.plane(4096.0, -1e-3, "backing", up=-1.0), matrix=matrix), mesh
+    return shapes.scene(mesh, shapes.plane(4096.0, -1e-3, "backing", up=-1.0), under=matrix), mesh
 
 
 def baked(scene: Scene, **settings: Any) -> Any:
@@ -50,9 +51,9 @@ def baked(scene: Scene, **settings: Any) -> Any:
     return made
 
 
-def test_a_leaning_normal_sees_the_floor(shapes: Any) -> None:
+def test_a_leaning_normal_sees_the_floor() -> None:
     """The mean over the cosine lobe of what is above a plane: (1 + cos) / 2. Without the setting nothing changes."""
-    scene, mesh = floor(shapes)
+    scene, mesh = floor()
     leaning = mapped(scene, [layer(mesh, LEANING)])
     made = baked(leaning).maps["ao"]
     np.testing.assert_allclose(made.values[made.covered], 0.9, atol=0.01)
@@ -62,9 +63,9 @@ def test_a_leaning_normal_sees_the_floor(shapes: Any) -> None:
 
 
 @pytest.mark.parametrize("exponent", [1.0, 4.0])
-def test_a_lobe_goes_about_it(exponent: float, shapes: Any) -> None:
+def test_a_lobe_goes_about_it(exponent: float) -> None:
     """Against the lobe summed over the sphere."""
-    scene, mesh = floor(shapes)
+    scene, mesh = floor()
     z = np.linspace(-1, 1, 2001)[:, None]
     turn = np.linspace(0, 2 * np.pi, 721)[None, :-1]
     radius = np.sqrt(1 - z**2)
@@ -80,12 +81,12 @@ def test_a_lobe_goes_about_it(exponent: float, shapes: Any) -> None:
     ("tangent", "sign", "mirrored"), [((1, 0, 0), 1, False), ((0, 1, 0), 1, False), ((1, 0, 0), -1, False),
                                       ((1, 0, 0), 1, True)],
 )  # fmt: skip
-def test_it_leans_where_the_tangent_says(tangent: Any, sign: float, mirrored: bool, shapes: Any) -> None:
+def test_it_leans_where_the_tangent_says(tangent: Any, sign: float, mirrored: bool) -> None:
     """In the open the mean direction of the cosine lobe, cut by the floor, lies in the plane of both normals; beside
     the floor's normal it leans to the map's side."""
     scale = (-1, 1, 1) if mirrored else 1.0
     matrix = shapes.matrix((1, 2, 3), scale, True)
-    scene, mesh = floor(shapes, matrix, tangent, sign)
+    scene, mesh = floor(matrix, tangent, sign)
     along = np.array([0.48, 0.36, 0.8])
     made = baked(mapped(scene, [layer(mesh, along)]), bent=BentNormalMap(Space.OBJECT)).maps["bent"]
     bent = (2.0 * made.values[made.covered] - 1.0).mean(axis=0)
@@ -96,9 +97,9 @@ def test_it_leans_where_the_tangent_says(tangent: Any, sign: float, mirrored: bo
     assert 0.3 < np.linalg.norm(bent[:2]) < 0.6
 
 
-def test_each_texel_takes_its_own_part_of_the_picture(shapes: Any) -> None:
+def test_each_texel_takes_its_own_part_of_the_picture() -> None:
     """The right half leans; a finer picture than the bake counts by its mean, a coarser one is interpolated."""
-    scene, mesh = floor(shapes)
+    scene, mesh = floor()
     for size in (2, 16, 64):
         vectors = np.zeros((size, size, 3))
         vectors[:, : size // 2], vectors[:, size // 2 :] = (0, 0, 1), LEANING
@@ -107,18 +108,18 @@ def test_each_texel_takes_its_own_part_of_the_picture(shapes: Any) -> None:
         np.testing.assert_allclose(made[:, 9:14], 0.9, atol=0.02)
 
 
-def test_what_varies_within_a_texel_is_averaged(shapes: Any) -> None:
+def test_what_varies_within_a_texel_is_averaged() -> None:
     """Left and right in turns: the mean normal stands upright."""
-    scene, mesh = floor(shapes)
+    scene, mesh = floor()
     vectors = np.zeros((64, 64, 3))
     vectors[:, 0::2], vectors[:, 1::2] = LEANING, LEANING * (-1, 1, 1)
     made = baked(mapped(scene, [layer(mesh, vectors, linear=False)])).maps["ao"]
     np.testing.assert_allclose(made.values[2:-2, 2:-2], 1.0, atol=5e-3)
 
 
-def test_strength(shapes: Any) -> None:
+def test_strength() -> None:
     """As Cycles has it: x and y times the strength, z towards 1 by at most as much."""
-    scene, mesh = floor(shapes)
+    scene, mesh = floor()
     for strength in (0.0, 0.5, 2.0):
         vector = LEANING * (strength, strength, 1.0)
         vector[2] = 1.0 + (LEANING[2] - 1.0) * min(strength, 1.0)
@@ -127,16 +128,16 @@ def test_strength(shapes: Any) -> None:
         assert made.mean == pytest.approx(0.5 + 0.5 * cosine, abs=1e-3)
 
 
-def test_triangles_without_a_map_and_colours_of_no_length_keep_their_normals(shapes: Any) -> None:
-    scene, mesh = floor(shapes)
+def test_triangles_without_a_map_and_colours_of_no_length_keep_their_normals() -> None:
+    scene, mesh = floor()
     plain = mapped(scene, [layer(mesh, LEANING)], (PLAIN, PLAIN))
     none = mapped(scene, [layer(mesh, (0, 0, 0))])
     for each in (plain, none):
         assert baked(each).maps["ao"].mean == 1.0
 
 
-def test_places_that_are_no_numbers_keep_their_normals(shapes: Any) -> None:
-    scene, mesh = floor(shapes)
+def test_places_that_are_no_numbers_keep_their_normals() -> None:
+    scene, mesh = floor()
     assert mesh.uv is not None
     uv = mesh.uv.copy()
     uv[0, 1] = np.nan
@@ -145,8 +146,8 @@ def test_places_that_are_no_numbers_keep_their_normals(shapes: Any) -> None:
     assert made.values[2, 4] == pytest.approx(0.9, abs=0.02)
 
 
-def test_it_can_be_cancelled(shapes: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene, mesh = floor(shapes)
+def test_it_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, mesh = floor()
     progress = Progress()
     monkeypatch.setattr(shading_normals, "_normals", lambda *_: progress.cancel())
     monkeypatch.setattr(shading_normals, "_BAND", 8)
@@ -156,9 +157,9 @@ def test_it_can_be_cancelled(shapes: Any, monkeypatch: pytest.MonkeyPatch) -> No
 
 
 @pytest.mark.parametrize("filtered", [True, False])
-def test_the_filter_knows_what_normals_explain(filtered: bool, shapes: Any) -> None:
+def test_the_filter_knows_what_normals_explain(filtered: bool) -> None:
     """On an open floor AO is linear in the normal: with it a fit leaves a quarter of the noise."""
-    scene, mesh = floor(shapes)
+    scene, mesh = floor()
     v, u = (np.indices((64, 64)) + 0.5) / 64
     vectors = np.stack([0.6 * np.sin(12 * np.pi * u), 0.6 * np.sin(16 * np.pi * v), np.ones_like(u)], axis=2)
     vectors /= np.linalg.norm(vectors, axis=2, keepdims=True)
@@ -172,9 +173,9 @@ def test_the_filter_knows_what_normals_explain(filtered: bool, shapes: Any) -> N
         assert np.sqrt(np.mean(off**2)) > 0.03
 
 
-def test_it_lies_where_its_own_uvs_say_in_tiles_and_at_corners(shapes: Any) -> None:
+def test_it_lies_where_its_own_uvs_say_in_tiles_and_at_corners() -> None:
     """However the bake is laid out, the half of the floor over x > 0 leans."""
-    scene, mesh = floor(shapes)
+    scene, mesh = floor()
     vectors = np.zeros((64, 64, 3))
     vectors[:, :32], vectors[:, 32:] = (0, 0, 1), LEANING
     assert mesh.uv is not None
@@ -194,8 +195,8 @@ def test_it_lies_where_its_own_uvs_say_in_tiles_and_at_corners(shapes: Any) -> N
     assert corners[leaning].max() < 0.95 < 0.98 < corners[~leaning].min()
 
 
-def test_arrays_that_do_not_fit_are_refused(shapes: Any) -> None:
-    scene, mesh = floor(shapes)
+def test_arrays_that_do_not_fit_are_refused() -> None:
+    scene, mesh = floor()
     with pytest.raises(InputError, match="normal map: UVs"):
         NormalMap([layer(mesh, LEANING)], np.zeros(2, np.int32), np.zeros((3, 3, 2), np.float32))
     with pytest.raises(InputError, match="there are 1"):

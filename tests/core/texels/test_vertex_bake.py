@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
 from occlusion_bake.core.bake import bake
 from occlusion_bake.core.scene.scene import Mesh, Scene
 from occlusion_bake.core.texels.rasterize import rasterize
 from occlusion_bake.core.texels.vertex_bake import corner_image, corner_values, with_corner_cells
+from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
 
@@ -21,7 +20,7 @@ def baked_corners(scene: Scene, rays: int = 256) -> np.ndarray:
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5, 16, 17, 1000])
-def test_three_texels_of_a_cell_belong_to_its_triangle(count: int, shapes: Any) -> None:
+def test_three_texels_of_a_cell_belong_to_its_triangle(count: int) -> None:
     ball = shapes.sphere(segments=48)
     mesh = Mesh("some", ball.vertices, ball.triangles[:count], None, None)
     apart, width, height = with_corner_cells(shapes.scene(mesh), shapes.scene(mesh).targets[0])
@@ -31,12 +30,12 @@ def test_three_texels_of_a_cell_belong_to_its_triangle(count: int, shapes: Any) 
     assert np.all(owner[1::2, 1::2] == -1)
 
 
-def test_an_open_and_a_closed_surface_are_1_and_0(shapes: Any) -> None:
+def test_an_open_and_a_closed_surface_are_1_and_0() -> None:
     for mesh, value in ((shapes.plane(1.0), 1.0), (shapes.room(), 0.0)):
         assert np.all(baked_corners(shapes.scene(mesh), rays=16) == value)
 
 
-def test_values_are_right_to_the_size_of_a_face(shapes: Any) -> None:
+def test_values_are_right_to_the_size_of_a_face() -> None:
     """A fine floor under a sphere that rests on it: visibility is 1 - R^3 / (R^2 + d^2)^1.5."""
     radius, cells = 0.6, 64
     knots = np.linspace(-2.0, 2.0, cells + 1)
@@ -53,7 +52,7 @@ def test_values_are_right_to_the_size_of_a_face(shapes: Any) -> None:
         assert np.ptp(values[triangles == vertex]) == 0.0
 
 
-def test_hard_edges_keep_a_value_a_side(shapes: Any) -> None:
+def test_hard_edges_keep_a_value_a_side() -> None:
     """A floor and a wall of one mesh, under a roof: where they meet, each has its own value."""
     vertices = np.float32([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]])
     triangles = np.int32([[0, 1, 2], [0, 2, 3], [0, 3, 5], [0, 5, 4]])

@@ -1,0 +1,17 @@
+"""`make accuracy`: measure how right the bake is and write docs/accuracy.md; hard writes docs/hard_cases.md.
+
+python -m occlusion_bake.bench.accuracy [SECTION...] [--models DIR]
+"""
+
+from __future__ import annotations
+
+import sys
+
+from ...addon.cli.hard_exit import leave
+from ..pages import Page
+from . import cycles, exact, fuzz, horizon, second
+
+PAGE = Page("accuracy", "docs/accuracy.md", (exact, second, cycles, horizon, fuzz))
+
+if __name__ == "__main__":
+    leave(PAGE.run(sys.argv[1:]))

@@ -1,0 +1,17 @@
+"""`make figures`: measure what the project promises and write docs/figures.md.
+
+python -m occlusion_bake.bench.figures [SECTION...] [--rounds N] [--models DIR]
+"""
+
+from __future__ import annotations
+
+import sys
+
+from ...addon.cli.hard_exit import leave
+from ..pages import Page
+from . import charts, choices, memory, share, speed
+
+PAGE = Page("figures", "docs/figures.md", (speed, share, choices, memory, charts))
+
+if __name__ == "__main__":
+    leave(PAGE.run(sys.argv[1:]))
