@@ -32,7 +32,8 @@ def averaged(pixels: Floats, luminance: Doubles, n: int, count: int, rotation: D
     that meet a bright pixel share its own solid angle among them, and one that no sample met goes to the cell that its
     middle lies in. Others keep the samples' solid angles, so that an even sky stays even.
     """
-    shape: tuple[int, int] = luminance.shape[:2]  # type: ignore[assignment]
+    height, width = luminance.shape[:2]
+    shape = height, width
     met = _pixels_met(shape, n * count, rotation)
     weights = sample_weights(n, count)
     found = np.bincount(met.ravel(), weights.ravel(), luminance.size).reshape(shape)

@@ -96,7 +96,7 @@ def coarser(cells: Floats) -> Floats:
 
 def gauss(count: int) -> tuple[Doubles, Doubles]:
     """Nodes and weights of Gauss-Legendre quadrature from 0 to 1, (count,) float64 each."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)  # type: ignore[no-untyped-call]
+    nodes, weights = np.polynomial.legendre.leggauss(count)  # type: ignore[no-untyped-call] # of numpy
     return 0.5 * (nodes + 1.0), 0.5 * weights
 
 

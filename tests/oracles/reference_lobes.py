@@ -56,7 +56,7 @@ def over_lobe(exponent: float, breaks: ArrayLike = (), nodes: int = NODES) -> tu
     angles where f has a kink or a square root; each piece is drawn out at its ends (t = sin²), which smooths roots.
     """
     ends = np.unique(np.concatenate([[0.0, 1.0], lobe_beyond(np.asarray(breaks, dtype=np.float64), exponent)]))
-    node, weight = leggauss(nodes)  # type: ignore[no-untyped-call]
+    node, weight = leggauss(nodes)  # type: ignore[no-untyped-call] # of numpy
     stage = 0.25 * np.pi * (node + 1.0)
     inner = np.sin(stage) ** 2
     slope = 0.25 * np.pi * np.sin(2.0 * stage) * weight

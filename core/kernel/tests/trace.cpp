@@ -454,7 +454,7 @@ static void test_first_hits(const Device &device) {
   must(ob_first_hits(scene.get(), origins, directions, lengths, 4, 2, hits, &control));
   CHECK(control.done == 4 && control.total == 4);
   CHECK(hits[0].geometry == 0 && hits[1].geometry == 1 && hits[2].geometry == -1 && hits[3].geometry == -1);
-  CHECK_NEAR(hits[0].distance, 1, 1e-6);  // Embree rounds otherwise on other processors
+  CHECK_NEAR(hits[0].distance, 1, 1e-6); // Embree rounds otherwise on other processors
   CHECK_NEAR(hits[1].distance, 2, 1e-6);
   CHECK(hits[2].distance == INFINITY && hits[2].triangle == -1);
   const Mesh mesh = square(0, 1);
