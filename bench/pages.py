@@ -18,6 +18,7 @@ from datetime import date
 from pathlib import Path
 from typing import Any
 
+from ..core.base.atomic_file import replacing
 from ..core.base.version import version
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -147,11 +148,10 @@ def _chapters(lines: Sequence[str]) -> dict[str, list[str]]:
 
 
 def write_json(file: Path, content: Any) -> None:
-    """Write beside the file, then put it in its place."""
+    """Whole or not at all."""
     file.parent.mkdir(parents=True, exist_ok=True)
-    beside = file.with_suffix(".part")
-    beside.write_text(json.dumps(content, indent=1), encoding="utf-8")
-    beside.replace(file)
+    with replacing(file) as part:
+        part.write_text(json.dumps(content, indent=1), encoding="utf-8")
 
 
 def machine() -> str:

@@ -14,7 +14,7 @@ from .base.timing import Stopwatch
 from .progress import Stages
 from .rays.accumulators import Accumulator
 from .rays.kernel_api import Control
-from .rays.map_spec import MapSpec, count_images
+from .rays.map_spec import MapSpec, count_images, image_slices
 from .rays.texel_surface import TexelSurface
 from .rays.trace_scene import TraceScene
 from .rays.tracer import CHUNK_RAYS, Sums, TraceOptions, trace, trace_texels
@@ -89,14 +89,12 @@ class MapTracer:
         """A round of rays, the horizon divided out where that is asked for."""
         control = self.stages.enter("tracing", rays=True)
         sums = trace(self.scene, surface, specs, options, halves=halves, into=into, control=control)
-        index = 0
-        for spec in specs:
+        for spec, its in zip(specs, image_slices(specs), strict=True):
             if spec.divided:
                 openness = self.openness(spec)
                 for images in (sums.all, sums.first_half):
                     if images is not None:
-                        horizon.divide(images[index], openness)
-            index += spec.accumulator.images
+                        horizon.divide(images[its.start], openness)
         return sums
 
     def openness(self, spec: MapSpec, texels: Longs | None = None) -> Doubles:
@@ -182,10 +180,7 @@ class _RaysOfMap:
 def _openings(sums: Sums, specs: Sequence[MapSpec], rays: int) -> list[tuple[Floats, Floats | None]]:
     """What each map is solved from: its rows times the rays, of all of them and of the first half."""
     openings: list[tuple[Floats, Floats | None]] = []
-    first = 0
-    for each in specs:
-        images = slice(first, first + each.accumulator.images)
+    for each, images in zip(specs, image_slices(specs), strict=True):
         half = None if sums.first_half is None else each.accumulator.totals(sums.first_half[images], rays // 2)
         openings.append((each.accumulator.totals(sums.all[images], rays), half))
-        first = images.stop
     return openings

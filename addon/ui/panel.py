@@ -48,10 +48,21 @@ class _Settings(_Sidebar):
     bl_options = {"DEFAULT_CLOSED"}
 
 
-class _Switched(_Settings):
-    """With a box in its head that switches what is below on."""
+class _Listed(_Settings):
+    """Of nothing but rows of the table of options."""
 
-    switch: ClassVar[str]  # the setting's name
+    options: ClassVar[str]  # their key there
+    switch: ClassVar[str] = ""  # the setting without which they do not count
+
+    def draw(self, context: bpy.types.Context) -> None:
+        layout, chosen = _begin(self, context)
+        if self.switch:
+            layout.active = getattr(chosen, self.switch)
+        draw_options(layout, chosen, self.options)
+
+
+class _Switched(_Listed):
+    """With a box in its head that switches what is below on."""
 
     def draw_header(self, context: bpy.types.Context) -> None:
         layout_of(self).prop(settings_in(context), self.switch, text="")
@@ -145,50 +156,32 @@ def _letters(context: Any) -> int:
     return max(int((width - _FRAME) / _LETTER), 16)
 
 
-class OCCLUSION_BAKE_PT_reflection(_Settings, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_reflection(_Listed, bpy.types.Panel):
     """Exponents and direction of RO."""
 
     bl_label = "Reflection"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = _begin(self, context)
-        layout.active = chosen.use_ro
-        draw_options(layout, chosen, "reflection")
+    options, switch = "reflection", "use_ro"
 
 
-class OCCLUSION_BAKE_PT_bent(_Settings, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_bent(_Listed, bpy.types.Panel):
     """How bent normals are written."""
 
     bl_label = "Bent Normals"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = _begin(self, context)
-        layout.active = chosen.use_bent
-        draw_options(layout, chosen, "bent")
+    options, switch = "bent", "use_bent"
 
 
 class OCCLUSION_BAKE_PT_code(_Switched, bpy.types.Panel):
     """What reflections are rebuilt from in any view."""
 
     bl_label = "Directional Code"
-    switch = "use_code"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = _begin(self, context)
-        layout.active = chosen.use_code
-        draw_options(layout, chosen, "code")
+    options, switch = "code", "use_code"
 
 
 class OCCLUSION_BAKE_PT_light(_Switched, bpy.types.Panel):
     """Light of the World."""
 
     bl_label = "World Light"
-    switch = "use_light"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        layout, chosen = _begin(self, context)
-        layout.active = chosen.use_light
-        draw_options(layout, chosen, "light")
+    options, switch = "light", "use_light"
 
 
 class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
@@ -214,13 +207,11 @@ class OCCLUSION_BAKE_PT_occluders(_Settings, bpy.types.Panel):
             column.label(text="Each baked object itself", icon="OBJECT_DATA")
 
 
-class OCCLUSION_BAKE_PT_highs(_Settings, bpy.types.Panel):
+class OCCLUSION_BAKE_PT_highs(_Listed, bpy.types.Panel):
     """What surface is baked."""
 
     bl_label = "High to Low"
-
-    def draw(self, context: bpy.types.Context) -> None:
-        draw_options(*_begin(self, context), "highs")
+    options = "highs"
 
 
 class OCCLUSION_BAKE_PT_output(_Settings, bpy.types.Panel):

@@ -20,6 +20,7 @@ import numpy as np
 from ...addon.cli.hard_exit import leave
 from ...addon.compare.cycles import CyclesBake
 from ...core.base.arrays import Flags
+from ...core.base.atomic_file import replacing
 from ...core.finish.baked import BakedMap
 from ...core.finish.compare import compare, noise
 from ...core.texels.rasterize import owners_by_centre, rasterize
@@ -98,9 +99,8 @@ def _kept(name: str, target: str, samples: int, seed: int) -> CyclesBake:
             return CyclesBake(kept["values"], kept["coverage"], float(kept["seconds"]))
     baked = bake_cycles(target, SIZE, samples, seed)
     KEPT.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part.npz")
-    np.savez_compressed(part, values=baked.values, coverage=baked.coverage, seconds=baked.seconds)
-    part.replace(path)
+    with replacing(path) as part:
+        np.savez_compressed(part, values=baked.values, coverage=baked.coverage, seconds=baked.seconds)
     print(f"{name}: Cycles, seed {seed}, {samples} samples: {baked.seconds:.0f} s", flush=True)
     return baked
 

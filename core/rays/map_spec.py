@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import IntEnum
+from itertools import accumulate, pairwise
 
 from ..base.errors import InputError
 from ..spherical.lobe import check_exponent
@@ -116,3 +117,9 @@ def merged(specs: Iterable[MapSpec]) -> list[MapSpec]:
 def count_images(specs: Sequence[MapSpec]) -> int:
     """How many images the sums of these take."""
     return sum(each.accumulator.images for each in specs)
+
+
+def image_slices(specs: Sequence[MapSpec]) -> list[slice]:
+    """Where each one's images stand among those."""
+    ends = accumulate((each.accumulator.images for each in specs), initial=0)
+    return [slice(first, end) for first, end in pairwise(ends)]
