@@ -67,13 +67,14 @@ class Baker:
         self._occluders = Occluders(self.device, scene.occluders, settings.rays, _reserved(scene))
         self._untold = list(self._occluders.warnings)
 
-    def bake(self, target: Instance, tile: int | None = None) -> Baked:
-        """Bake one object, of a UDIM layout one tile. Raises InputError for one that cannot be, Cancelled, MemoryError.
+    def bake(self, target: Instance, tile: int | None = None, size: tuple[int, int] | None = None) -> Baked:
+        """Bake one object, of a UDIM layout one tile. size: of its image, the settings' where it has none of its own.
+        Raises InputError for one that cannot be baked, Cancelled, MemoryError.
 
         Same scene and settings, same bits, whatever the number of threads.
         """
         try:
-            baked = self._bake(target, tile)
+            baked = self._bake(target, tile, size or self._settings.image.size)
         finally:
             self._progress.preview = None
             self._progress.finish_object()
@@ -81,14 +82,14 @@ class Baker:
         self._untold = []
         return baked
 
-    def _bake(self, target: Instance, tile: int | None) -> Baked:
+    def _bake(self, target: Instance, tile: int | None, size: tuple[int, int]) -> Baked:
         settings, progress, clock = self._settings, self._progress, Stopwatch()
         warnings = check_target(target)
         if settings.needs_tangents:
             check_tangents(target)
         laid_out = in_tile(target, tile)
         with clock.stage("texels"):
-            texels = self._texels(laid_out, outside=outside_tile(target.mesh, tile))
+            texels = self._texels(laid_out, size, outside=outside_tile(target.mesh, tile))
         with clock.stage("build"):
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress.control)
@@ -116,16 +117,16 @@ class Baker:
         warnings += _what_is_wrong(target, report, maps)
         warnings += _shortfalls(target, settings, solved)
         rays = sum(each.rays for each in solved) + sum(maps[each.name].rays for each in settings.maps if not each.spec)
-        return Baked(target.name, settings.image.size, report, rays, maps, clock.seconds, warnings, tile)
+        return Baked(target.name, size, report, rays, maps, clock.seconds, warnings, tile)
 
-    def _texels(self, target: Instance, *, outside: Flags) -> Texels:
+    def _texels(self, target: Instance, size: tuple[int, int], *, outside: Flags) -> Texels:
         """outside: (T,) bool, triangles that are left out."""
-        settings, mesh = self._settings, target.mesh
+        mesh = target.mesh
         if mesh.uv is None:
             raise InputError(f"{target.name}: the mesh has no UV map; unwrap it, or bake with chart UVs (--uv charts)")
         control = self._progress.enter(f"{target.name}: texels", _TEXELS)
-        skip, size = zero_area(mesh) | outside, settings.image.size
-        return rasterize(target.name, mesh.uv, *size, skip=skip, threads=settings.threads, control=control)
+        skip, threads = zero_area(mesh) | outside, self._settings.threads
+        return rasterize(target.name, mesh.uv, *size, skip=skip, threads=threads, control=control)
 
     def _onto_high_poly(
         self, target: Instance, surface: TexelSurface, frame: TraceFrame

@@ -232,7 +232,8 @@ class _Writer:
         if self._folder is not None:
             return self._folder.write(baked, told_by_images(self._settings), stem)
         if self._options.into is None:
-            store_colours(self._context.view_layer.objects[result.name], result.target, baked)
+            obj = self._context.view_layer.objects[result.name]
+            store_colours(self._context, obj, result.target, baked)
             return {}
         path, channel = self._options.into
         ((name, made),) = baked.maps.items()

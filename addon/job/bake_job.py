@@ -16,8 +16,8 @@ from ...core.finish.atlas import Atlas
 from ...core.finish.baked import Baked
 from ...core.progress import Progress
 from ...core.scene.scene import Instance, Scene
-from ...core.settings import ImageSettings, Settings
-from ...core.texels.vertex_bake import with_corner_cells
+from ...core.settings import Settings
+from ...core.texels.vertex_bake import check_corners, corner_image, with_corner_cells
 from ..charts.chart_job import ChartJob, ChartRequest, chart_steps
 from ..output.color_attributes import check_colours
 from ..output.result import Result
@@ -82,6 +82,8 @@ def bake_steps(
             scene = _read(context, names, job, outcome)
             if job.settings.needs_light:
                 scene = replace(scene, environment=read_world(scene_in(context)))
+            if job.layout.corners:
+                scene = _by_corners(context, scene, job, outcome)
         outcome.baker = Baker(scene, _settings(job), progress)
         yield from _bake_all(context, scene, job, progress, outcome, deliver)
     outcome.complete = True
@@ -90,9 +92,13 @@ def bake_steps(
 
 
 def _settings(job: BakeJob) -> Settings:
-    """The margin of an atlas is filled once, when all objects are in it."""
+    """The margin of an atlas is filled once, when all objects are in it; corners have neither margin nor filter."""
     settings = job.settings
-    return replace(settings, image=replace(settings.image, margin=0)) if job.layout.atlas else settings
+    if job.layout.corners:
+        settings = replace(settings, goal=replace(settings.goal, filtered=False))
+    if job.layout.corners or job.layout.atlas:
+        settings = replace(settings, image=replace(settings.image, margin=0))
+    return settings
 
 
 def _bake_all(
@@ -104,13 +110,14 @@ def _bake_all(
     deliver: Deliver,
 ) -> Steps:
     """One target after the other, each delivered, or put into the atlas, which is delivered at the end."""
-    tiles = {target.name: _tiles(target, job) for target in scene.targets}
+    targets = [target for target in scene.targets if outcome.states[target.name] != REFUSED]
+    tiles = {target.name: _tiles(target, job) for target in targets}
     progress.expect(sum(map(len, tiles.values())))
     atlas, in_atlas = Atlas(job.layout.atlas), []
-    for target in scene.targets:
+    for target in targets:
         outcome.states[target.name] = BAKING
         try:
-            result = yield from _bake_one(context, target, tiles[target.name], job, progress, outcome)
+            result = yield from _bake_one(target, tiles[target.name], job, outcome)
             if job.layout.atlas:
                 atlas.add(result.baked)
                 in_atlas.append(result.target)
@@ -147,36 +154,37 @@ def prepared_charts(
 
 
 def _bake_one(
-    context: bpy.types.Context,
-    target: Instance,
-    tiles: list[int | None],
-    job: BakeJob,
-    progress: Progress,
-    outcome: Outcome,
+    target: Instance, tiles: list[int | None], job: BakeJob, outcome: Outcome
 ) -> Generator[Callable[[], Any], Any, Result]:
     assert outcome.baker is not None
-    baker, scene, laid_out = outcome.baker, outcome.baker.scene, target
-    if job.layout.corners:
-        _refuse_second_of_a_mesh(context, target, outcome)
-        baker, laid_out = _corner_baker(context, scene, target, job, progress)
+    size = corner_image(len(target.mesh.triangles)) if job.layout.corners else None
     bakes = []
     for tile in tiles:
-        baked: Baked = yield partial(baker.bake, laid_out, tile)
+        baked: Baked = yield partial(outcome.baker.bake, target, tile, size)
         bakes.append(baked)
-    _share_times(outcome, bakes[0], alone=len(scene.targets) == 1)
-    return Result(target.name, (laid_out,), tuple(bakes))
+    _share_times(outcome, bakes[0], alone=len(outcome.baker.scene.targets) == 1)
+    return Result(target.name, (target,), tuple(bakes))
 
 
-def _refuse_second_of_a_mesh(context: bpy.types.Context, target: Instance, outcome: Outcome) -> None:
-    """Colours belong to the mesh, and of objects that share one the last would take them from the others."""
-    objects = synced(view_layer_in(context))
-    mesh = objects[target.name].data
-    for name in outcome.finished:
-        if objects.get(name) is not None and objects[name].data == mesh:
-            raise InputError(
-                f"{target.name}: it shares its mesh, and with it the colors, with {name}; make it a single user "
-                "(Object > Relations > Make Single User > Object & Data)"
-            )
+def _by_corners(context: bpy.types.Context, scene: Scene, job: BakeJob, outcome: Outcome) -> Scene:
+    """The scene laid out for colours; targets that can have none are refused. Raises InputError where none is left."""
+    objects, names = synced(view_layer_in(context)), [each.name for each in job.settings.maps]
+    taken: dict[int, str] = {}  # by mesh: colours belong to it, and of objects that share one the last would take them
+    for target in scene.targets:
+        obj = objects[target.name]
+        try:
+            check_corners(target)
+            check_colours(obj, target, names)
+            if (other := taken.setdefault(obj.data.session_uid, target.name)) != target.name:
+                raise InputError(
+                    f"{target.name}: it shares its mesh, and with it the colors, with {other}; make it a single user "
+                    "(Object > Relations > Make Single User > Object & Data)"
+                )
+        except InputError as refusal:
+            outcome.refuse(target.name, refusal)
+    if not taken:
+        raise InputError(outcome.complaint(len(job.objects)))
+    return with_corner_cells(scene)
 
 
 def _tiles(target: Instance, job: BakeJob) -> list[int | None]:
@@ -223,19 +231,6 @@ def _readable(names: Sequence[str], read: Callable[[Sequence[str]], Any], outcom
     if not readable:
         raise InputError(outcome.complaint(len(names)))
     return readable
-
-
-def _corner_baker(
-    context: bpy.types.Context, scene: Scene, target: Instance, job: BakeJob, progress: Progress
-) -> tuple[Baker, Instance]:
-    """What bakes a target's face corners, and the target laid out for that (vertex_bake.py). Raises InputError."""
-    check_colours(view_layer_in(context), target)
-    apart, width, height = with_corner_cells(scene, target)
-    image, goal = ImageSettings(width, height, margin=0), replace(job.settings.goal, filtered=False)
-    settings = replace(job.settings, image=image, goal=goal)
-    baker = Baker(apart, settings, progress)
-    progress.expect(len(scene.targets))
-    return baker, apart.targets[0]
 
 
 def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:

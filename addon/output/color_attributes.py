@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import bpy
@@ -13,47 +15,70 @@ from ...core.finish.baked import Baked
 from ...core.finish.map_images import title
 from ...core.scene.scene import Instance
 from ...core.texels.vertex_bake import corner_values
-from ..read.blender_state import synced
-from ..typed import found_in, mesh_of
+from ..read.blender_state import object_mode
+from ..typed import found_in, library_of, mesh_of
+
+_KIND: Any = ("FLOAT_COLOR", "CORNER")
 
 
-def check_colours(view_layer: bpy.types.ViewLayer, target: Instance) -> None:
-    """Refuse, before a bake, a mesh whose corners could not take its values. Raises InputError."""
-    obj = synced(view_layer)[target.name]
-    if obj.data.library is not None:
-        raise InputError(f"{obj.name}: its mesh is linked from {obj.data.library.filepath}; make it local first")
-    _check_corners(obj, target)
+def check_colours(obj: bpy.types.Object, target: Instance, names: Iterable[str]) -> None:
+    """Refuse, before a bake, a mesh that could not take its values. names: of the maps. Raises InputError."""
+    if (library := library_of(mesh_of(obj))) is not None:
+        raise InputError(f"{obj.name}: its mesh is linked from {library.filepath}; make it local first")
+    if not _has_corners(mesh_of(obj), target):
+        raise InputError(f"{obj.name}: its modifiers make other faces than the mesh has; apply them, or bake a texture")
+    _check_names(obj, map(title, names))
 
 
-def store_colours(obj: bpy.types.Object, target: Instance, baked: Baked) -> list[str]:
+def store_colours(context: bpy.types.Context, obj: bpy.types.Object, target: Instance, baked: Baked) -> list[str]:
     """Put every map into a colour attribute of the mesh named after it, in the place of an earlier bake's.
 
     Float, a colour for each face corner. Returns the attributes' names. Raises InputError where the mesh is another by
-    now, or holds an attribute of that name and of another kind; nothing is changed then.
+    now, cannot be written to, or holds something else of that name; nothing is changed then.
     """
-    _check_corners(obj, target)
     mesh, names = mesh_of(obj), [title(name) for name in baked.maps]
-    for name in names:
-        there = found_in(mesh.attributes, name)
-        if there is not None and (there.data_type, there.domain) != ("FLOAT_COLOR", "CORNER"):
-            raise InputError(f"{obj.name}: it has an attribute {name} of another kind; rename or remove that")
-    for name, made in zip(names, baked.maps.values(), strict=True):
-        attribute: Any = mesh.color_attributes.get(name) or mesh.color_attributes.new(name, "FLOAT_COLOR", "CORNER")
-        colours = np.ones((len(mesh.loops), 4), dtype=np.float32)
-        colours[_corners(target).reshape(-1), :3] = corner_values(made.values, target.mesh).reshape(-1, 1)
-        attribute.data.foreach_set("color", colours.reshape(-1))
-    mesh.color_attributes.active_color_name = names[0]
-    mesh.update()
+    with _written_to(context, obj):
+        if not _has_corners(mesh, target):
+            raise InputError(f"{obj.name}: its faces were changed during the bake; bake again")
+        _check_names(obj, names)
+        for name, made in zip(names, baked.maps.values(), strict=True):
+            attribute: Any = mesh.color_attributes.get(name) or mesh.color_attributes.new(name, *_KIND)
+            colours = np.ones((len(mesh.loops), 4), dtype=np.float32)
+            colours[_corners(target).reshape(-1), :3] = corner_values(made.values, target.mesh).reshape(-1, 1)
+            attribute.data.foreach_set("color", colours.reshape(-1))
+        mesh.color_attributes.active_color_name = names[0]
+        mesh.update()
     return names
 
 
-def _check_corners(obj: bpy.types.Object, target: Instance) -> None:
-    """Whether the corners that were baked are those of the mesh itself, not of what modifiers made of it."""
-    corners, mesh = _corners(target), mesh_of(obj)
-    vertices = np.empty(len(mesh.loops), dtype=np.int32)
+@contextmanager
+def _written_to(context: bpy.types.Context, obj: bpy.types.Object) -> Iterator[None]:
+    """Out of Edit Mode for the time, where the mesh is in it. Raises InputError where it cannot be got out of it, or is
+    sculpted so that what is written would be lost."""
+    mesh: Any = mesh_of(obj)
+    with object_mode(context) if mesh.is_editmode else nullcontext():
+        if mesh.is_editmode:
+            raise InputError(f"{obj.name}: it is in Edit Mode in another scene; leave that, and bake again")
+        if obj.use_dynamic_topology_sculpting:
+            raise InputError(f"{obj.name}: it is sculpted with Dyntopo; leave that, and bake again")
+        yield
+
+
+def _has_corners(mesh: bpy.types.Mesh, target: Instance) -> bool:
+    """Whether the corners that are baked are those of the mesh itself, not of what modifiers made of it."""
+    corners, vertices = _corners(target), np.empty(len(mesh.loops), dtype=np.int32)
     mesh.loops.foreach_get("vertex_index", vertices)
-    if corners.max(initial=-1) >= len(vertices) or not np.array_equal(vertices[corners], target.mesh.triangles):
-        raise InputError(f"{obj.name}: its modifiers make other faces than the mesh has; apply them, or bake a texture")
+    return corners.max(initial=-1) < len(vertices) and np.array_equal(vertices[corners], target.mesh.triangles)
+
+
+def _check_names(obj: bpy.types.Object, names: Iterable[str]) -> None:
+    """Whether attributes of these names can be had. Blender gives none the name of a vertex group."""
+    for name in names:
+        there: Any = found_in(mesh_of(obj).attributes, name)
+        if there is not None and (there.data_type, there.domain) != _KIND:
+            raise InputError(f"{obj.name}: it has an attribute {name} of another kind; rename or remove that")
+        if there is None and name in obj.vertex_groups:
+            raise InputError(f"{obj.name}: it has a vertex group {name}, as its colors would be called; rename that")
 
 
 def _corners(target: Instance) -> Ints:

@@ -92,7 +92,7 @@ class _BakeOperator(LongOperator):
 
         def deliver(result: Result) -> None:
             found = _still_there(result, chosen, outcome)
-            put(result, found, request, outcome.charting.layer)
+            put(context, result, found, request, outcome.charting.layer)
             for obj, target in found:
                 viewport_overlay.show(obj, target, result.bakes)
             for baked in result.bakes:
@@ -288,7 +288,7 @@ def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> li
     for target in result.targets:
         obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
         if obj is None:
-            refusal = InputError(f"{target.name}: removed during the bake; its image was left as it was")
+            refusal = InputError(f"{target.name}: removed during the bake; nothing was written for it")
         elif target.name in outcome.charting.made and outcome.charting.request.layer not in mesh_of(obj).uv_layers:
             refusal = InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
         else:
@@ -298,18 +298,22 @@ def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> li
             raise refusal
         outcome.refuse(target.name, refusal)
     if not found:
-        raise InputError(f"{result.name}: its objects were removed during the bake; its image was left as it was")
+        raise InputError(f"{result.name}: its objects were removed during the bake; nothing was written")
     return found
 
 
 def put(
-    result: Result, found: Sequence[tuple[bpy.types.Object, Instance]], request: BakeRequest, layer: str | None
+    context: bpy.types.Context,
+    result: Result,
+    found: Sequence[tuple[bpy.types.Object, Instance]],
+    request: BakeRequest,
+    layer: str | None,
 ) -> None:
     """The maps of a result to where they go. found: the objects, as they are and as they were baked. layer: the UV map
     that they are for, None for the active one."""
     job, destination = request.job, request.destination
     if job.layout.corners:
-        store_colours(found[0][0], result.target, result.baked)
+        store_colours(context, found[0][0], result.target, result.baked)
         return
     images = destination.deliver(result, job.settings, shown=request.preview)
     channel = destination.channel if destination.kind == CHANNEL else ""

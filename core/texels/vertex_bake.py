@@ -8,6 +8,7 @@ alone would miss what happens on the faces (as Kavan et al., "Least squares vert
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -27,20 +28,33 @@ def corner_image(triangles: int) -> tuple[int, int]:
     return 2 * across, 2 * down
 
 
-def with_corner_cells(scene: Scene, target: Instance) -> tuple[Scene, int, int]:
-    """The scene with this target alone, each of its triangles in a cell of its own; width and height of the image.
-
-    Raises InputError for a mesh with too many triangles.
-    """
-    mesh, count = target.mesh, len(target.mesh.triangles)
-    if count > MOST_TRIANGLES:
+def check_corners(target: Instance) -> None:
+    """Refuse a mesh with too many triangles. Raises InputError."""
+    if (count := len(target.mesh.triangles)) > MOST_TRIANGLES:
         raise InputError(f"{target.name}: {count} triangles are too many for colours; bake a texture")
+
+
+def with_corner_cells(scene: Scene) -> Scene:
+    """The scene with each triangle of the targets in a cell of its own, of an image as large as `corner_image` says.
+
+    Targets that `check_corners` refuses stay as they are.
+    """
+    meshes = (each.mesh for each in scene.targets)
+    laid_out = {id(mesh): _with_cells(mesh) for mesh in meshes if len(mesh.triangles) <= MOST_TRIANGLES}
+
+    def of(instances: Sequence[Instance]) -> list[Instance]:
+        return [replace(each, mesh=laid_out.get(id(each.mesh), each.mesh)) for each in instances]
+
+    highs = {name: replace(high, meshes=of(high.meshes)) for name, high in scene.highs.items()}
+    return replace(scene, targets=of(scene.targets), occluders=of(scene.occluders), highs=highs)
+
+
+def _with_cells(mesh: Mesh) -> Mesh:
+    count = len(mesh.triangles)
     width, height = corner_image(count)
     x, y = _cells(count, width)
     place = np.stack([np.stack([x, x + 2, x], axis=1) / width, 1.0 - np.stack([y, y, y + 2], axis=1) / height], axis=2)
-    laid_out = replace(mesh, uv=place.astype(np.float32))
-    occluders = [replace(each, mesh=laid_out) if each.mesh is mesh else each for each in scene.occluders]
-    return replace(scene, targets=[replace(target, mesh=laid_out)], occluders=occluders), width, height
+    return replace(mesh, uv=place.astype(np.float32))
 
 
 def corner_values(values: Floats, mesh: Mesh) -> Floats:

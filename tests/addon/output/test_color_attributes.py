@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.addon.job.runner import Runner  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
-from occlusion_bake.tests.oracles.blender import press  # noqa: E402
+from occlusion_bake.tests.oracles.blender import press, select  # noqa: E402
 
 
 @pytest.fixture(autouse=True)
@@ -26,6 +28,23 @@ def colours(obj: Any, name: str = "AO") -> Any:
     values = np.empty(4 * len(obj.data.loops), np.float32)
     attribute.data.foreach_get("color", values)
     return values.reshape(-1, 4)
+
+
+def lines() -> list[str]:
+    return bpy.context.window_manager.occlusion_bake.lines.split("\n")
+
+
+def meanwhile(monkeypatch: pytest.MonkeyPatch, act: Callable[[], None]) -> None:
+    """Let the artist do something while the first object of the next press is baked."""
+    poll, waiting = Runner.poll, [act]
+
+    def polled(runner: Runner) -> bool:
+        done = poll(runner)
+        if waiting:
+            waiting.pop()()
+        return done
+
+    monkeypatch.setattr(Runner, "poll", polled)
 
 
 def test_a_mesh_without_uvs_gets_colours_and_nothing_else(scene: Any) -> None:
@@ -74,9 +93,110 @@ def test_an_attribute_of_another_kind_stays() -> None:
     assert obj.data.attributes["AO"].data[0].value == 0.25
 
 
-def test_several_at_once() -> None:
-    for x in (0, 3):
-        blender.cube(f"Cube {x}", location=(x, 0, 0))
-    bpy.ops.object.select_all(action="SELECT")
+def test_a_vertex_group_of_the_name_stays() -> None:
+    """Blender would call the colours AO.001, or not make them at all."""
+    obj = blender.cube()
+    obj.vertex_groups.new(name="AO")
+    with pytest.raises(RuntimeError, match="Cube: it has a vertex group AO"):
+        press()
+    assert not obj.data.color_attributes
+
+
+# Several at once
+
+
+@pytest.fixture
+def pair() -> tuple[Any, Any]:
+    """Two cubes, selected, side by side."""
+    cubes = tuple(blender.cube(name, location=(x, 0, 0)) for name, x in (("Left", 0), ("Right", 2.5)))
+    select(*cubes)
+    return cubes
+
+
+def test_each_has_its_colours_and_what_concerns_all_is_told_once(pair: tuple[Any, Any]) -> None:
+    """They share the occluders: what is wrong with one of these stands in one line."""
+    broken = blender.plane("Broken")
+    broken.data.vertices[0].co.x = float("nan")
+    select(*pair)
     assert press() == {"FINISHED"}
-    assert all("AO" in obj.data.color_attributes for obj in bpy.data.objects)
+    left, right = (colours(obj)[:, 0] for obj in pair)
+    assert left.min() < 0.9 and np.sort(left) == pytest.approx(np.sort(right), abs=0.1)
+    assert sum(line.startswith("Broken: ") for line in lines()) == 1
+
+
+def test_of_those_that_share_a_mesh_the_first_is_baked(pair: tuple[Any, Any]) -> None:
+    pair[1].data = pair[0].data
+    assert press() == {"FINISHED"}
+    assert any(line.startswith("Right: it shares its mesh, and with it the colors, with Left") for line in lines())
+
+
+def rename() -> None:
+    bpy.data.objects["Right"].name = "Renamed"
+
+
+def go_to_another_scene() -> None:
+    bpy.context.window.scene = bpy.data.scenes.new("Second")
+
+
+def exclude() -> None:
+    hidden = bpy.data.collections.new("Hidden")
+    bpy.context.scene.collection.children.link(hidden)
+    hidden.objects.link(bpy.data.objects["Right"])
+    bpy.context.scene.collection.objects.unlink(bpy.data.objects["Right"])
+    bpy.context.view_layer.layer_collection.children["Hidden"].exclude = True
+
+
+def edit() -> None:
+    bpy.context.view_layer.objects.active = bpy.data.objects["Right"]
+    bpy.ops.object.mode_set(mode="EDIT")
+
+
+def edit_in_another_scene() -> None:
+    bpy.data.objects["Left"].select_set(False)
+    edit()
+    go_to_another_scene()
+
+
+def subdivide() -> None:
+    bpy.data.objects["Left"].select_set(False)
+    edit()
+    bpy.ops.mesh.subdivide()
+
+
+@pytest.mark.parametrize("act", [rename, go_to_another_scene, exclude, edit])
+def test_what_the_artist_does_meanwhile_changes_no_colour(
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[Any, Any], act: Callable[[], None]
+) -> None:
+    press()
+    before = [colours(obj) for obj in pair]
+    for obj in pair:
+        obj.data.color_attributes.remove(obj.data.color_attributes["AO"])
+    meanwhile(monkeypatch, act)
+    assert press() == {"FINISHED"}
+    edited = [obj.mode for obj in pair] == ["EDIT"] * 2
+    assert edited == (act is edit)
+    if edited:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    for obj, values in zip(pair, before, strict=True):
+        np.testing.assert_array_equal(colours(obj), values)
+
+
+@pytest.mark.parametrize(
+    ("act", "line"),
+    [
+        (lambda: bpy.data.objects.remove(bpy.data.objects["Right"]), "Right: removed during the bake"),
+        (subdivide, "Right: its faces were changed during the bake; bake again"),
+        (edit_in_another_scene, "Right: it is in Edit Mode in another scene"),
+        (lambda: bpy.data.objects["Right"].vertex_groups.new(name="AO"), "Right: it has a vertex group AO"),
+    ],
+)
+def test_where_one_cannot_have_its_colours_any_more_the_others_do(
+    monkeypatch: pytest.MonkeyPatch, pair: tuple[Any, Any], act: Callable[[], None], line: str
+) -> None:
+    meanwhile(monkeypatch, act)
+    shown = bpy.context.scene
+    assert press() == {"FINISHED"}
+    bpy.context.window.scene = shown
+    assert any(each.startswith(line) for each in lines())
+    assert "AO" in pair[0].data.color_attributes
+    assert [mesh.name for mesh in bpy.data.meshes if "AO" in mesh.color_attributes] == [pair[0].data.name]

@@ -16,9 +16,8 @@ from occlusion_bake.core.rays.map_spec import AO, reflection
 from occlusion_bake.core.scene.image_texture import ImageTexture
 from occlusion_bake.core.scene.normal_map import PLAIN, NormalMap, NormalMapLayer
 from occlusion_bake.core.scene.scene import Mesh, Scene
-from occlusion_bake.core.settings import ImageSettings
 from occlusion_bake.core.texels import shading_normals
-from occlusion_bake.core.texels.vertex_bake import corner_values, with_corner_cells
+from occlusion_bake.core.texels.vertex_bake import corner_image, corner_values, with_corner_cells
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
@@ -188,8 +187,8 @@ def test_it_lies_where_its_own_uvs_say_in_tiles_and_at_corners() -> None:
     np.testing.assert_allclose(ao[:, 2:7], 1.0, atol=1e-3)
     np.testing.assert_allclose(ao[:, 9:14], 0.9, atol=0.02)
     laid = mapped(scene, [layer(mesh, vectors)])
-    cells, width, height = with_corner_cells(laid, laid.targets[0])
-    (baked_cells,) = bake(cells, replace(settings, image=ImageSettings(width, height, margin=0)))
+    cells = with_corner_cells(laid)
+    baked_cells = Baker(cells, settings).bake(cells.targets[0], size=corner_image(len(mesh.triangles)))
     corners = corner_values(baked_cells.maps["ao"].values, mesh)
     leaning = mesh.vertices[mesh.triangles][..., 0] > 0.0
     assert corners[leaning].max() < 0.95 < 0.98 < corners[~leaning].min()

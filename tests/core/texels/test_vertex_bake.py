@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from occlusion_bake.core.bake import bake
+from occlusion_bake.core.bake import Baker
 from occlusion_bake.core.scene.scene import Mesh, Scene
 from occlusion_bake.core.texels.rasterize import rasterize
 from occlusion_bake.core.texels.vertex_bake import corner_image, corner_values, with_corner_cells
@@ -13,9 +13,10 @@ from occlusion_bake.tests.oracles.settings import flat_settings
 
 
 def baked_corners(scene: Scene, rays: int = 256) -> np.ndarray:
-    apart, width, height = with_corner_cells(scene, scene.targets[0])
-    (made,) = bake(apart, flat_settings(width=width, height=height, rays=rays, margin=0))
-    values: np.ndarray = corner_values(made.maps["ao"].values, apart.targets[0].mesh)
+    apart = with_corner_cells(scene)
+    (target,) = apart.targets
+    made = Baker(apart, flat_settings(rays=rays, margin=0)).bake(target, size=corner_image(len(target.mesh.triangles)))
+    values: np.ndarray = corner_values(made.maps["ao"].values, target.mesh)
     return values
 
 
@@ -23,8 +24,8 @@ def baked_corners(scene: Scene, rays: int = 256) -> np.ndarray:
 def test_three_texels_of_a_cell_belong_to_its_triangle(count: int) -> None:
     ball = shapes.sphere(segments=48)
     mesh = Mesh("some", ball.vertices, ball.triangles[:count], None, None)
-    apart, width, height = with_corner_cells(shapes.scene(mesh), shapes.scene(mesh).targets[0])
-    assert (width, height) == corner_image(count) and width * height >= 4 * count
+    apart, (width, height) = with_corner_cells(shapes.scene(mesh)), corner_image(count)
+    assert width * height >= 4 * count
     owner = rasterize("some", apart.targets[0].mesh.uv, width, height).owner
     assert np.array_equal(np.bincount(owner[owner >= 0], minlength=count), np.full(count, 3))
     assert np.all(owner[1::2, 1::2] == -1)
