@@ -5,11 +5,10 @@ Reading it from top to bottom tells the whole way; each line goes to the room th
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .base.arrays import Flags
 from .base.errors import InputError
 from .base.timing import Stopwatch
 from .charts.udim import in_tile, outside_tile, part_in_tile
@@ -29,7 +28,6 @@ from .scene.world_mesh import world_surface
 from .settings import Settings
 from .solve.solver import MOST_MEAN_RAYS, Goal, Solved
 from .texels import flipped_faces, interior
-from .texels.flipped_faces import Sight
 from .texels.high_to_low import onto_high_poly
 from .texels.rasterize import Texels, rasterize
 from .texels.shading_normals import with_shading_normals
@@ -90,7 +88,7 @@ class Baker:
             check_tangents(target)
         laid_out = in_tile(target, tile)
         with clock.stage("texels"):
-            texels = self._texels(laid_out, size, outside=outside_tile(target.mesh, tile))
+            texels = self._texels(target, laid_out, tile, size)
         with clock.stage("build"):
             progress.enter(f"{target.name}: building the scene", _BUILD)
             frame = self._occluders.frame_for(target, progress.control)
@@ -102,7 +100,7 @@ class Baker:
                 surface, lines = self._onto_high_poly(target, surface, frame)
                 warnings += lines
         with clock.stage("inside"):
-            report, sights = self._looked_at(target, surface, texels, frame)
+            report = self._looked_at(target, surface, texels, frame)
         if settings.normal_maps and target.normal_map is not None and target.name not in self.scene.highs:
             with clock.stage("texels"):
                 progress.enter(f"{target.name}: laying its normal maps over it", _LOOK)
@@ -115,19 +113,19 @@ class Baker:
             surface, frames, texels.coverage, settings.image.margin, tracer.options.camera, self.scene.environment
         )
         maps = self._finished(solved, finisher, tracer)
-        warnings += _what_is_wrong(target, report, sights, maps)
+        warnings += _what_is_wrong(target, report, maps)
         warnings += _shortfalls(target, settings, solved)
         rays = sum(each.rays for each in solved) + sum(maps[each.name].rays for each in settings.maps if not each.spec)
         return Baked(target.name, size, report, rays, maps, clock.seconds, warnings, tile)
 
-    def _texels(self, target: Instance, size: tuple[int, int], *, outside: Flags) -> Texels:
-        """outside: (T,) bool, triangles that are left out."""
-        mesh = target.mesh
+    def _texels(self, target: Instance, laid_out: Instance, tile: int | None, size: tuple[int, int]) -> Texels:
+        """laid_out: the target as the tile has its UVs."""
+        mesh, tiled = laid_out.mesh, tile is not None
         if mesh.uv is None:
             raise InputError(f"{target.name}: the mesh has no UV map; unwrap it, or bake with chart UVs (--uv charts)")
         control = self._progress.enter(f"{target.name}: texels", _TEXELS)
-        skip, threads = zero_area(mesh) | outside, self._settings.threads
-        return rasterize(target.name, mesh.uv, *size, skip=skip, threads=threads, control=control)
+        skip, threads = zero_area(mesh) | outside_tile(target.mesh, tile), self._settings.threads
+        return rasterize(target.name, mesh.uv, *size, skip=skip, tiled=tiled, threads=threads, control=control)
 
     def _onto_high_poly(
         self, target: Instance, surface: TexelSurface, frame: TraceFrame
@@ -136,17 +134,14 @@ class Baker:
         highs = self.scene.highs[target.name]
         return onto_high_poly(target, highs, surface, frame.origin, self.device, control=control)
 
-    def _looked_at(
-        self, target: Instance, surface: TexelSurface, texels: Texels, frame: TraceFrame
-    ) -> tuple[SurfaceReport, Mapping[Sight, float]]:
-        """What of the surface the artist may want to mend, and what its faces see."""
+    def _looked_at(self, target: Instance, surface: TexelSurface, texels: Texels, frame: TraceFrame) -> SurfaceReport:
+        """What of the surface the artist may want to mend."""
         count = int(np.count_nonzero(surface.covered))
         inside = self._interior_share(target, surface, frame)
         own = self._occluders.number_of(target, frame)
         control = self._progress.enter(f"{target.name}: looking for faces that are turned", _LOOK)
-        sights = flipped_faces.sights_of(frame.scene, surface, own, control=control)
-        report = SurfaceReport(count, texels.overlapped, inside, sights[Sight.FLIPPED], sights[Sight.BURIED])
-        return report, sights
+        flipped = flipped_faces.flipped_share(frame.scene, surface, own, control=control)
+        return SurfaceReport(count, texels.overlapped, inside, flipped)
 
     def _interior_share(self, target: Instance, surface: TexelSurface, frame: TraceFrame) -> float:
         own = self._occluders.number_of(target, frame)
@@ -223,15 +218,11 @@ def _reserved(scene: Scene) -> dict[str, set[str]]:
     return reserved
 
 
-def _what_is_wrong(
-    target: Instance, report: SurfaceReport, sights: Mapping[Sight, float], maps: dict[str, BakedMap]
-) -> list[str]:
+def _what_is_wrong(target: Instance, report: SurfaceReport, maps: dict[str, BakedMap]) -> list[str]:
     """A line for each thing that the artist may want to mend."""
-    inside = interior.warning(target.name, report.interior)
-    lines = inside + flipped_faces.warnings(target.name, report.flipped, report.buried)
-    if (ambient := ambient_among(maps)) is not None and not inside:
-        overlapped = report.overlapped / max(report.texels, 1)
-        lines += flipped_faces.dark_warnings(target.name, maps[ambient].mean, overlapped, sights)
+    lines = interior.warning(target.name, report.interior) + flipped_faces.warning(target.name, report.flipped)
+    if (ambient := ambient_among(maps)) is not None and max(report.interior, report.flipped) < interior.TOLD:
+        lines += flipped_faces.dark_warning(target.name, maps[ambient].mean)
     return lines
 
 

@@ -88,7 +88,7 @@ def cases(folder: Path, models: Path | None) -> Iterator[Case]:
     for name in SAMPLES:
         _written(folder / f"{name}.blend", partial(_sample, folder, name))
     yield Case("udim", udim, (*_RAYS, "--maps", "ao", "bent", "--code", "mask_8"))
-    yield Case("udim_first", udim, (*_RAYS, "--no-udim", "--quality", "draft")[2:])
+    yield Case("udim_first", udim, (*_RAYS, "--udim", "stacked", "--quality", "draft")[2:])
     yield Case("highs", highs, (*_RAYS, "--objects", "Rock_low", "--pairs", "--maps", "ao", "ro", "bent"))
     yield Case("cage", highs, (*_RAYS, "--objects", "Rock_low", "--highs", "Rock_high", "--cage", "Rock_cage"))
     yield Case("smart", highs, (*_RAYS, "--uv", "smart", "--ground", "--occluders", "self"))

@@ -18,7 +18,7 @@ from typing import Any, TextIO
 import bpy
 
 from ...core.base.errors import Cancelled, InputError
-from ...core.charts.udim import FIRST
+from ...core.charts.udim import FIRST, Udim
 from ...core.finish.baked import Baked
 from ...core.finish.image_file import check_channel, write_channel
 from ...core.finish.map_files import Folder, check_file, check_image, clean_name, whole_path, write_coverage
@@ -149,7 +149,11 @@ def _chosen(context: Any, options: Any, settings: Settings) -> BakeJob:
         options.uv,
         occluding,
         pairing.highs,
-        Layout(options.atlas or "", options.use_udim and not options.into, options.color_attributes is not None),
+        Layout(
+            options.atlas or "",
+            Udim.STACKED if options.into else Udim(options.udim),
+            options.color_attributes is not None,
+        ),
     )
 
 

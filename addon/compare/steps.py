@@ -15,6 +15,7 @@ from typing import Any
 import bpy
 
 from ...core.base.errors import InputError
+from ...core.charts.udim import Udim
 from ...core.finish.report import object_entry
 from ...core.maps.occlusion import AMBIENT
 from ...core.options.values import values_of
@@ -74,7 +75,7 @@ def to_compare(job: BakeJob) -> BakeJob:
     first = job.objects[0]
     if first in job.highs:
         raise InputError(f"{first}: a comparison is of an object's own surface; set High to Low > From to Own Surface")
-    return replace(job, objects=(first,), settings=ao_alone(job.settings), layout=Layout(tiled=False))
+    return replace(job, objects=(first,), settings=ao_alone(job.settings), layout=Layout(udim=Udim.STACKED))
 
 
 def child_values(job: BakeJob, samples: int, folder: Path, report: Path) -> dict[str, Any]:
@@ -84,7 +85,7 @@ def child_values(job: BakeJob, samples: int, folder: Path, report: Path) -> dict
         "objects": [job.objects[0]],
         "occluders": _occluders(job.occluding),
         "use_ground": job.occluding.ground,
-        "use_udim": False,
+        "udim": Udim.STACKED.value,
         "uv": job.uv,
         "folder": str(folder),
         "report": str(report),

@@ -11,7 +11,7 @@ import bpy
 
 from ...core.bake import Baker
 from ...core.base.errors import InputError
-from ...core.charts.udim import tiles_of
+from ...core.charts.udim import Udim, UvTiles, tiles_of
 from ...core.finish.atlas import Atlas
 from ...core.finish.baked import Baked
 from ...core.progress import Progress
@@ -34,12 +34,12 @@ from .runner import Steps
 
 @dataclass(frozen=True)
 class Layout:
-    """How maps are laid out. atlas: the name of one image for all objects; empty: each has its own. tiled: a UDIM
-    layout has an image a tile. corners: the corners of the faces are baked, no texels; size, margin and filter do not
+    """How maps are laid out. atlas: the name of one image for all objects; empty: each has its own. udim: what UVs
+    beyond the unit square are. corners: the corners of the faces are baked, no texels; size, margin and filter do not
     matter then, nor do UVs."""
 
     atlas: str = ""
-    tiled: bool = True
+    udim: Udim = Udim.AUTO
     corners: bool = False
 
 
@@ -112,7 +112,7 @@ def _bake_all(
     """One target after the other, each delivered, or put into the atlas, which is delivered at the end."""
     targets = [target for target in scene.targets if outcome.states[target.name] != REFUSED]
     tiles = {target.name: _tiles(target, job) for target in targets}
-    progress.expect(sum(map(len, tiles.values())))
+    progress.expect(sum(len(each.numbers) or 1 for each in tiles.values()))
     atlas, in_atlas = Atlas(job.layout.atlas), []
     for target in targets:
         outcome.states[target.name] = BAKING
@@ -154,14 +154,15 @@ def prepared_charts(
 
 
 def _bake_one(
-    target: Instance, tiles: list[int | None], job: BakeJob, outcome: Outcome
+    target: Instance, tiles: UvTiles, job: BakeJob, outcome: Outcome
 ) -> Generator[Callable[[], Any], Any, Result]:
     assert outcome.baker is not None
     size = corner_image(len(target.mesh.triangles)) if job.layout.corners else None
     bakes = []
-    for tile in tiles:
+    for tile in tiles.numbers or (None,):
         baked: Baked = yield partial(outcome.baker.bake, target, tile, size)
         bakes.append(baked)
+    bakes[0].warnings += tiles.warnings(target.name)
     _share_times(outcome, bakes[0], alone=len(outcome.baker.scene.targets) == 1)
     return Result(target.name, (target,), tuple(bakes))
 
@@ -187,10 +188,10 @@ def _by_corners(context: bpy.types.Context, scene: Scene, job: BakeJob, outcome:
     return with_corner_cells(scene)
 
 
-def _tiles(target: Instance, job: BakeJob) -> list[int | None]:
-    """Of a UDIM layout; else the unit square alone."""
-    one_image = job.layout.corners or job.layout.atlas or not job.layout.tiled
-    return [None] if one_image else list(tiles_of(target.mesh)) or [None]
+def _tiles(target: Instance, job: BakeJob) -> UvTiles:
+    """Of a UDIM layout; none where the unit square alone is baked."""
+    one_image = job.layout.corners or job.layout.atlas
+    return UvTiles() if one_image else tiles_of(target.mesh, job.layout.udim)
 
 
 def _read(context: bpy.types.Context, names: Sequence[str], job: BakeJob, outcome: Outcome) -> Scene:

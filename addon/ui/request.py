@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 
 from ...core.base.errors import InputError
+from ...core.charts.udim import Udim
 from ...core.options.values import settings_of_panel
 from ..charts.chart_job import CHARTS, SMART
 from ..job.bake_job import BakeJob, Layout
@@ -140,7 +141,7 @@ def _request(pairing: Pairing, panel: dict[str, Any], occluding: OccluderFilter,
         {"CHARTS": CHARTS, "SMART": SMART}.get(chosen.uv),
         occluding,
         pairing.highs,
-        Layout(atlas, chosen.use_udim and chosen.output != CHANNEL, corners),
+        Layout(atlas, Udim.STACKED if chosen.output == CHANNEL else Udim[chosen.udim], corners),
     )
     depth, kind = int(chosen.depth), chosen.format.lower()
     destination = Destination(chosen.output, chosen.path, kind, depth, chosen.use_dither, image, chosen.channel)

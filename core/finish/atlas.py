@@ -96,5 +96,4 @@ def _together(a: SurfaceReport, b: SurfaceReport) -> SurfaceReport:
         a.overlapped + b.overlapped,
         mean(a.interior, b.interior),
         mean(a.flipped, b.flipped),
-        mean(a.buried, b.buried),
     )

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
+from ..charts.udim import Udim
 from ..finish.image_file import FORMATS
 from ..maps.bent_normals import Space
 from ..maps.registry import MAPS
@@ -554,16 +555,23 @@ _WHERE = (
         Place("Name", "What the shared images are called", "output", 2, shown=_is("layout", ATLAS)),
     ),
     Option(
-        "use_udim",
-        Switch(True),
-        Flag(
-            "--udim",
-            "an image for each tile of a UDIM layout; --no-udim: of the first alone",
-            {"action": argparse.BooleanOptionalAction, "default": True},
+        "udim",
+        Choice(
+            (
+                Item(
+                    Udim.AUTO.value, "Automatic", "By what they look like: copies lie upon one another or are mirrored"
+                ),
+                Item(Udim.LAYOUT.value, "Layout", "Tiles of a UDIM layout: every tile gets its image, in tiled images"),
+                Item(
+                    Udim.STACKED.value, "Stacked", "Copies, moved aside: the first tile alone is baked, into one image"
+                ),
+            ),
+            "auto",
         ),
+        Flag("--udim", "what UVs beyond the unit square are: tiles with an image each, or copies moved aside (auto)"),
         Place(
-            "UDIM Tiles",
-            "Bake every tile of a UDIM layout, into tiled images; off: the first alone",
+            "UDIM",
+            "What UVs beyond the unit square are",
             "output",
             10,
             shown=lambda chosen: chosen.layout == "EACH" and chosen.output in ("PACKED", "SAVED"),

@@ -44,10 +44,12 @@ def rasterize(
     height: int,
     *,
     skip: Flags | None = None,
+    tiled: bool = False,
     threads: int = 0,
     control: api.Control | None = None,
 ) -> Texels:
-    """Find the texels of (T, 3, 2) UVs in a width × height image; `skip` (T,) leaves triangles out.
+    """Find the texels of (T, 3, 2) UVs in a width × height image; `skip` (T,) leaves triangles out. tiled: what lies
+    outside of the image is in those of other tiles.
 
     The largest coverage owns a texel; of equals the later triangle, as in Cycles. Raises InputError where no texel is
     covered, Cancelled.
@@ -57,6 +59,8 @@ def rasterize(
     report = _rasterize(uv, owner, coverage, api.RULE_COVERAGE, skip, threads, control)
     if report.covered == 0:
         raise InputError(f"{name}: {_why_none(report, uv)}; unwrap it anew, or bake with chart UVs (--uv charts)")
+    if tiled:
+        report.outside = 0  # other tiles have it
     warnings = _warnings(name, report, uv, owner, skip)
     return Texels(owner, coverage, int(report.covered), int(report.overlapped), warnings)
 

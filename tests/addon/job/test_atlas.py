@@ -11,6 +11,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from mathutils import Matrix  # noqa: E402
 from occlusion_bake.addon.charts import chart_job  # noqa: E402
 from occlusion_bake.addon.charts.chart_job import ATLAS_MAP, CHART_MAP  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, Layout, bake_steps  # noqa: E402
@@ -241,7 +242,7 @@ def test_every_tile_is_baked_into_a_tiled_image(tmp_path: Path, settings: Any) -
     np.testing.assert_array_equal(ceiling, 1.0)
     assert bake_onto("Tiled") == {"FINISHED"}
     assert [each.name for each in bpy.data.images if each.name.startswith("Tiled")] == ["Tiled AO"]
-    settings(use_udim=False)
+    settings(udim="STACKED")
     assert bake_onto("Tiled") == {"FINISHED"}
     assert bpy.data.images["Tiled AO"].source != "TILED"
 
@@ -268,9 +269,24 @@ def test_the_command_writes_a_file_a_tile(bake: Any) -> None:
         "Tiled_sh_1_0.1003.png",
     }
     assert coded.status == 0
-    alone = bake("--no-udim", "--output", str(run_.folder / "alone"))
+    alone = bake("--udim", "stacked", "--output", str(run_.folder / "alone"))
     assert alone.status == 0
     assert (run_.folder / "alone" / "Tiled_ao.png").exists()
+
+
+def test_copies_that_a_modifier_moves_aside_are_baked_as_one_says(settings: Any) -> None:
+    """A cube and its mirror image, a tile apart by the modifier's own offset."""
+    obj = blender.cube("Half")
+    obj.data.transform(Matrix.Translation((2, 0, 0)))
+    obj.modifiers.new("Mirror", "MIRROR").offset_u = 1.0
+    for udim, tiles in (("AUTO", [1001]), ("LAYOUT", [1001, 1002]), ("STACKED", [1001])):
+        settings(udim=udim)
+        assert bake_onto("Half") == {"FINISHED"}
+        image = bpy.data.images["Half AO"]
+        assert (image.source == "TILED", [tile.number for tile in image.tiles]) == (udim == "LAYOUT", tiles)
+        said = bpy.context.window_manager.occlusion_bake.lines
+        assert ("(--udim layout)" in said) == (udim == "AUTO")
+        assert ("not baked" in said) == (udim != "LAYOUT")
 
 
 # Blender's own unwrap

@@ -240,7 +240,7 @@ def test_the_comparisons_own_blender_bakes_the_same(scene: Any, tmp_path: Path, 
     assert settings_of(options) == job.settings == ao_alone(settings)
     assert (options.objects, options.occluders, options.uv, options.cycles_samples) == (["Floor"], ["scene"], None, 4)
     assert (options.folder, options.report) == (Path("folder"), Path("report.json"))
-    assert not options.use_ground and not options.use_udim
+    assert not options.use_ground and options.udim == "stacked"
 
 
 # How far a bake goes
