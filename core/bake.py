@@ -5,7 +5,7 @@ Reading it from top to bottom tells the whole way; each line goes to the room th
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -28,6 +28,7 @@ from .scene.world_mesh import world_surface
 from .settings import Settings
 from .solve.solver import MOST_MEAN_RAYS, Goal, Solved
 from .texels import flipped_faces, interior
+from .texels.flipped_faces import Sight
 from .texels.high_to_low import onto_high_poly
 from .texels.rasterize import Texels, rasterize
 from .texels.shading_normals import with_shading_normals
@@ -100,7 +101,7 @@ class Baker:
                 surface, lines = self._onto_high_poly(target, surface, frame)
                 warnings += lines
         with clock.stage("inside"):
-            report = self._looked_at(target, surface, texels, frame)
+            report, sights = self._looked_at(target, surface, texels, frame)
         if settings.normal_maps and target.normal_map is not None and target.name not in self.scene.highs:
             with clock.stage("texels"):
                 progress.enter(f"{target.name}: laying its normal maps over it", _LOOK)
@@ -113,7 +114,7 @@ class Baker:
             surface, frames, texels.coverage, settings.image.margin, tracer.options.camera, self.scene.environment
         )
         maps = self._finished(solved, finisher, tracer)
-        warnings += _what_is_wrong(target, report, maps)
+        warnings += _what_is_wrong(target, report, sights, maps)
         warnings += _shortfalls(target, settings, solved)
         rays = sum(each.rays for each in solved) + sum(maps[each.name].rays for each in settings.maps if not each.spec)
         return Baked(target.name, size, report, rays, maps, clock.seconds, warnings, tile)
@@ -134,14 +135,17 @@ class Baker:
         highs = self.scene.highs[target.name]
         return onto_high_poly(target, highs, surface, frame.origin, self.device, control=control)
 
-    def _looked_at(self, target: Instance, surface: TexelSurface, texels: Texels, frame: TraceFrame) -> SurfaceReport:
-        """What of the surface the artist may want to mend."""
+    def _looked_at(
+        self, target: Instance, surface: TexelSurface, texels: Texels, frame: TraceFrame
+    ) -> tuple[SurfaceReport, Mapping[Sight, float]]:
+        """What of the surface the artist may want to mend, and what its faces see."""
         count = int(np.count_nonzero(surface.covered))
         inside = self._interior_share(target, surface, frame)
         own = self._occluders.number_of(target, frame)
         control = self._progress.enter(f"{target.name}: looking for faces that are turned", _LOOK)
-        flipped = flipped_faces.flipped_share(frame.scene, surface, own, control=control)
-        return SurfaceReport(count, texels.overlapped, inside, flipped)
+        sights = flipped_faces.sights_of(frame.scene, surface, own, control=control)
+        report = SurfaceReport(count, texels.overlapped, inside, sights[Sight.FLIPPED], sights[Sight.BURIED])
+        return report, sights
 
     def _interior_share(self, target: Instance, surface: TexelSurface, frame: TraceFrame) -> float:
         own = self._occluders.number_of(target, frame)
@@ -218,11 +222,15 @@ def _reserved(scene: Scene) -> dict[str, set[str]]:
     return reserved
 
 
-def _what_is_wrong(target: Instance, report: SurfaceReport, maps: dict[str, BakedMap]) -> list[str]:
+def _what_is_wrong(
+    target: Instance, report: SurfaceReport, sights: Mapping[Sight, float], maps: dict[str, BakedMap]
+) -> list[str]:
     """A line for each thing that the artist may want to mend."""
-    lines = interior.warning(target.name, report.interior) + flipped_faces.warning(target.name, report.flipped)
-    if (ambient := ambient_among(maps)) is not None and max(report.interior, report.flipped) < interior.TOLD:
-        lines += flipped_faces.dark_warning(target.name, maps[ambient].mean)
+    inside = interior.warning(target.name, report.interior)
+    lines = inside + flipped_faces.warnings(target.name, report.flipped, report.buried)
+    if (ambient := ambient_among(maps)) is not None and not inside:
+        overlapped = report.overlapped / max(report.texels, 1)
+        lines += flipped_faces.dark_warnings(target.name, maps[ambient].mean, overlapped, sights)
     return lines
 
 

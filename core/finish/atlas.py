@@ -96,4 +96,5 @@ def _together(a: SurfaceReport, b: SurfaceReport) -> SurfaceReport:
         a.overlapped + b.overlapped,
         mean(a.interior, b.interior),
         mean(a.flipped, b.flipped),
+        mean(a.buried, b.buried),
     )

@@ -59,13 +59,14 @@ class BakedMap:
 @dataclass
 class SurfaceReport:
     """texels: those with an owner. overlapped: those that show one of several faces. interior: the share of them, 0 to
-    1, that lies inside other meshes (interior.py); their values are as traced. flipped: the share that sees the backs
-    of its own faces alone (flipped_faces.py)."""
+    1, that lies inside other meshes (interior.py); their values are as traced. flipped: the share of those that see the
+    backs of its own faces alone, buried: of those whose own backs see such, too (flipped_faces.py)."""
 
     texels: int = 0
     overlapped: int = 0
     interior: float = 0.0
     flipped: float = 0.0
+    buried: float = 0.0
 
 
 @dataclass(eq=False)

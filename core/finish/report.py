@@ -34,6 +34,7 @@ def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
         "mean": {name: each.mean for name, each in baked.maps.items()},
         "inside": baked.surface.interior,
         "turned": baked.surface.flipped,
+        "buried": baked.surface.buried,
         "overlapped": baked.surface.overlapped,
         **({} if baked.tile is None else {"tile": baked.tile}),
         "files": {name: str(path) for name, path in files.items()},

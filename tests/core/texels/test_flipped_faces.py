@@ -26,6 +26,12 @@ def turn(mesh: Mesh, rows: Any) -> Mesh:
     return replace(mesh, triangles=triangles, uv=uv, normals=None)
 
 
+def side_by_side(*parts: Mesh) -> Mesh:
+    """One mesh, in whose texture the parts stand side by side."""
+    wide, moves = np.float32([1 / len(parts), 1.0]), np.float32([[i / len(parts), 0.0] for i in range(len(parts))])
+    return shapes.joined([replace(part, uv=part.uv * wide + move) for part, move in zip(parts, moves, strict=True)])
+
+
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
 @pytest.mark.parametrize(("offset", "scale"), [(0.0, 1.0), (1e5, 1e-2), (1e3, 1e3)])
 def test_faces_turned_round(offset: float, scale: float, mirror: float) -> None:
@@ -53,12 +59,25 @@ def test_what_is_sound_has_none() -> None:
 
 
 def test_a_part_buried_in_another_of_the_same_mesh() -> None:
-    inner = replace(shapes.block(), vertices=shapes.block().vertices * np.float32(0.5))
-    both = shapes.joined([inner, shapes.block()])
-    half = both.uv * np.float32([0.5, 1.0])
-    half[12:, :, 0] += np.float32(0.5)
-    baked = bake_among(SETTINGS, shapes.instance(replace(both, uv=half)))
-    assert baked.surface.flipped == pytest.approx(0.5, abs=0.01)
+    baked = bake_among(SETTINGS, shapes.instance(side_by_side(shapes.block(0.5), shapes.block())))
+    assert baked.surface.buried == pytest.approx(0.5, abs=0.01) and baked.surface.flipped == 0.0
+    assert any("lie inside other parts of the mesh itself" in line for line in baked.warnings)
+    assert not any("turned inwards" in line for line in baked.warnings)
+
+
+def test_parts_that_touch() -> None:
+    """A row of three: of each inner side, which its neighbour's covers, nobody sees anything, and none is turned."""
+    row = side_by_side(*(shapes.moved(shapes.block(), (2 * i, 0, 0)) for i in range(3)))
+    baked = bake_among(SETTINGS, shapes.instance(row))
+    assert baked.surface.buried == pytest.approx(4 / 18, abs=0.02) and baked.surface.flipped == 0.0
+
+
+def test_a_stray_part_far_away_turns_nothing() -> None:
+    """Where a face could not be looked from as closely as another may lie before it, it is not judged."""
+    small, large = shapes.block(0.05), shapes.moved(shapes.block(0.5), (0, 0, 0.6))
+    stray = shapes.moved(shapes.plane(0.1), (1e5, 0, 0))
+    baked = bake_among(SETTINGS, shapes.instance(side_by_side(small, large, stray)))
+    assert baked.surface.flipped == baked.surface.buried == 0.0
 
 
 def test_instances_around_it_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,10 +88,34 @@ def test_instances_around_it_change_nothing(monkeypatch: pytest.MonkeyPatch) -> 
     assert bake_among(SETTINGS, target, *others).surface.flipped == pytest.approx(1 / 6, abs=0.01)
 
 
-def test_a_map_without_light_is_told() -> None:
+WALLS = shapes.joined([shapes.block(1.1), shapes.room()], "Box")  # thick ones; both sides at one place in the texture
+OUTSIDE_AWAY = replace(WALLS, uv=WALLS.uv + np.repeat(np.float32([2.0, 0.0]), 12)[:, None, None])  # type: ignore[operator]
+MISSHADED = replace(
+    shapes.block(name="Box"), normals=-shapes.face_normals(shapes.block())[:, None].repeat(3, 1).astype(np.float32)
+)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "around", "cause"),
+    [
+        (shapes.room(name="Box"), None, "its normals are turned inwards"),
+        (WALLS, None, "its UVs overlap, and the texels show the inside of a closed shell"),
+        (OUTSIDE_AWAY, None, "its texels are on the inside of a closed shell"),
+        (shapes.block(0.5, "Box"), shapes.room(), "other objects shut it in"),
+        (MISSHADED, None, "its custom normals point into its faces"),
+    ],
+)
+def test_a_map_without_light_is_told_with_its_cause(mesh: Mesh, around: Mesh | None, cause: str) -> None:
     """Inside out and closed there is nothing to tell it from a room by but that all is black."""
-    (line,) = bake_among(SETTINGS, shapes.instance(shapes.room(name="Box"))).warnings
-    assert line.startswith("Box: no light reaches it: its normals are turned inwards")
+    others = [] if around is None else [shapes.instance(around)]
+    baked = bake_among(SETTINGS, shapes.instance(mesh), *others)
+    assert baked.maps["ao"].mean == 0.0
+    (line,) = (line for line in baked.warnings if "no light reaches it" in line)
+    assert line.startswith(f"Box: no light reaches it: {cause}")
+    assert [each for each in baked.warnings if "turned" in each] == [line] * ("turned" in cause)
+
+
+def test_a_room_that_is_open_is_not_dark() -> None:
     assert not bake_among(SETTINGS, shapes.instance(shapes.room(("-x", "+x", "-z")))).warnings
 
 
