@@ -54,6 +54,11 @@ def library_of(block: bpy.types.ID) -> bpy.types.Library | None:
     return block.library
 
 
+def uid_of(block: bpy.types.ID) -> int:
+    """The session_uid of what is in the file, for what is evaluated, and has none itself, too."""
+    return cast("bpy.types.ID", block.original).session_uid
+
+
 def found_in(collection: bpy.types.bpy_prop_collection[_Member], name: str) -> _Member | None:
     """The member of this name, if there is one."""
     return cast("_Member | None", collection.get(name))

@@ -14,6 +14,7 @@ from ..addon.job.bake_job import BakeJob, bake_steps
 from ..addon.job.outcome import Outcome
 from ..addon.job.runner import run
 from ..addon.output.result import Result
+from ..addon.read.block_ref import refs_of
 from ..core.finish.baked import Baked
 from ..core.finish.map_files import Folder
 from ..core.options.values import told_by_images
@@ -48,7 +49,8 @@ def bake_here(names: Sequence[str], settings: Settings, *, with_files: bool = Fa
             results.append((result.target, result.baked))
 
         start = time.perf_counter()
-        run(bake_steps(bpy.context, BakeJob(tuple(names), settings), progress, outcome, deliver), progress)
+        job = BakeJob(tuple(refs_of(bpy.data.objects[name] for name in names)), settings)
+        run(bake_steps(bpy.context, job, progress, outcome, deliver), progress)
         seconds = time.perf_counter() - start
     assert outcome.baker is not None
     return OwnBake(seconds, results, outcome.baker.device.description)

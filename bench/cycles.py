@@ -18,7 +18,8 @@ DEFAULT_SAMPLES, DEFAULT_THRESHOLD, DEFAULT_FEWEST = 4096, 0.01, 0
 
 def bake_cycles(name: str, size: int, samples: int, seed: int) -> CyclesBake:
     """AO of an object of the open file, without adaptive sampling, on all threads."""
-    return bake_ao(bpy.context, name, CyclesSettings((size, size), samples, None, os.cpu_count() or 1, seed))
+    settings = CyclesSettings((size, size), samples, None, os.cpu_count() or 1, seed)
+    return bake_ao(bpy.context, bpy.data.objects[name], settings)
 
 
 def bake_at_defaults(name: str, size: int, seed: int) -> CyclesBake:

@@ -19,6 +19,7 @@ from ..addon.job.bake_job import BakeJob, Deliver, bake_steps
 from ..addon.job.outcome import Outcome
 from ..addon.job.runner import run
 from ..addon.output.result import Result
+from ..addon.read.block_ref import refs_of
 from ..core.base.errors import InputError
 from ..core.finish.map_files import Folder
 from ..core.finish.report import Json, object_entry, whole_report, write_report
@@ -79,7 +80,7 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
         baked.seconds["write"] = time.perf_counter() - start
         entry = entries[baked.name] = object_entry(baked, files)
         picture = folder.path / f"{stem}_ao_compared.png"
-        compared = Compared(result.target, baked, settings)
+        compared = Compared(bpy.data.objects[result.name], result.target, baked, settings)
         entry["cycles"] = compare_with_cycles(bpy.context, compared, chosen.samples, picture)
 
     outcome = _run(sample.targets, settings, deliver)
@@ -92,7 +93,8 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
 
 def _run(names: tuple[str, ...], settings: Settings, deliver: Deliver) -> Outcome:
     progress, outcome = Progress(len(names)), Outcome()
-    run(bake_steps(bpy.context, BakeJob(names, settings), progress, outcome, deliver), progress)
+    job = BakeJob(tuple(refs_of(bpy.data.objects[name] for name in names)), settings)
+    run(bake_steps(bpy.context, job, progress, outcome, deliver), progress)
     for line in (*outcome.notes, *outcome.refused):
         print(f"  {line}")
     return outcome

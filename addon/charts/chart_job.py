@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +17,7 @@ from ...core.charts.unwrap import Charts, has_unwrapper
 from ...core.charts.unwrap_process import unwrap_in_process
 from ...core.progress import Progress
 from ..read.blender_state import object_mode, synced
+from ..read.block_ref import BlockRef, find
 from ..read.scene_reader import matrix_of
 from ..typed import library_of, mesh_of, view_layer_in
 from .smart_project import smart_unwrap
@@ -63,23 +64,25 @@ class ChartJob:
     """What became of a request for charts, filled while the work goes on.
 
     layer: the UV map to bake onto, None for each mesh's active one. made: the objects whose mesh was given charts.
-    refused: by the name of the object that cannot have any. clock: tells how long each layout took.
+    refused: why an object cannot have any. clock: tells how long each layout took.
     """
 
     request: ChartRequest = ChartRequest()
     layer: str | None = None
-    made: list[str] = field(default_factory=list)
+    made: list[BlockRef] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    refused: dict[str, InputError] = field(default_factory=dict)
+    refused: dict[BlockRef, InputError] = field(default_factory=dict)
     clock: Stopwatch = field(default_factory=Stopwatch)
 
 
-def chart_steps(context: bpy.types.Context, names: Sequence[str], charting: ChartJob, progress: Progress) -> _Unwraps:
-    """Give chart UVs to the meshes of the named objects that need them; for a `Runner`. Raises Cancelled."""
+def chart_steps(
+    context: bpy.types.Context, refs: Sequence[BlockRef], charting: ChartJob, progress: Progress
+) -> _Unwraps:
+    """Give chart UVs to the objects' meshes that need them; for a `Runner`. Raises Cancelled."""
     charting.layer = layer_of(charting.request.uv)
     objects = synced(view_layer_in(context))
-    found = [objects[name] for name in names if name in objects and _has_faces(objects[name])]
-    wanting = [obj for obj in found if _wants_charts(obj, charting.request)]
+    found = {ref: obj for ref in refs if (obj := find(objects, ref)) is not None and _has_faces(obj)}
+    wanting = {ref: obj for ref, obj in found.items() if _wants_charts(obj, charting.request)}
     if charting.request.atlas and wanting:  # one is enough: the maps of the others leave no room for its charts
         charting.layer = charting.request.layer
         yield from _charts_of(context, _fit_for_atlas(context, found, charting), charting, progress)
@@ -89,7 +92,7 @@ def chart_steps(context: bpy.types.Context, names: Sequence[str], charting: Char
 
 
 def _has_faces(obj: bpy.types.Object) -> bool:
-    return obj is not None and obj.type == "MESH" and len(mesh_of(obj).polygons) > 0  # else reading the scene says why
+    return obj.type == "MESH" and len(mesh_of(obj).polygons) > 0  # else reading the scene says why
 
 
 def _wants_charts(obj: bpy.types.Object, request: ChartRequest) -> bool:
@@ -98,38 +101,38 @@ def _wants_charts(obj: bpy.types.Object, request: ChartRequest) -> bool:
     return request.uv in (CHARTS, SMART) or (request.uv is None and (len(layers) == 0 or own))
 
 
-def _by_mesh(objects: Sequence[bpy.types.Object]) -> list[list[str]]:
-    """Names of the objects; those that share a mesh together."""
-    found: dict[int, list[str]] = {}
-    for obj in objects:
-        found.setdefault(mesh_of(obj).as_pointer(), []).append(obj.name)
+def _by_mesh(objects: Mapping[BlockRef, bpy.types.Object]) -> list[list[BlockRef]]:
+    """The objects; those that share a mesh together."""
+    found: dict[int, list[BlockRef]] = {}
+    for ref, obj in objects.items():
+        found.setdefault(mesh_of(obj).as_pointer(), []).append(ref)
     return list(found.values())
 
 
-def _charts_of(context: bpy.types.Context, names: list[str], charting: ChartJob, progress: Progress) -> _Unwraps:
+def _charts_of(context: bpy.types.Context, refs: list[BlockRef], charting: ChartJob, progress: Progress) -> _Unwraps:
     """Charts for objects of one mesh, or of an atlas; where they cannot have any, those are refused."""
-    if not names:
+    if not refs:
         return
-    title = charting.request.atlas or names[0]
+    title = charting.request.atlas or refs[0].label
     progress.enter(f"{title}: making UV charts")
     try:
         with charting.clock.stage(f"charts of {title}"):
             said = yield from _make(
-                context, title, names if charting.request.atlas else names[:1], charting.request, progress
+                context, title, refs if charting.request.atlas else refs[:1], charting.request, progress
             )
     except InputError as refusal:
-        charting.refused.update(dict.fromkeys(names, refusal))
+        charting.refused.update(dict.fromkeys(refs, refusal))
         return
     if said:
-        charting.made += names
+        charting.made += refs
         charting.notes.append(said)
 
 
 def _make(
-    context: bpy.types.Context, title: str, names: list[str], request: ChartRequest, progress: Progress
+    context: bpy.types.Context, title: str, refs: list[BlockRef], request: ChartRequest, progress: Progress
 ) -> Generator[Callable[[], Any], Any, str]:
     """One layout for the meshes of these objects. Returns what to say of it, nothing where one made before fits."""
-    parts = _parts(context, names, request)
+    parts = _parts(context, refs, request)
     for by_blender in _accepted(request):
         mark = _fingerprint(parts, request, by_blender)
         if all(_fits(part.mesh, request, f"{mark}{i}") for i, part in enumerate(parts)):
@@ -137,7 +140,7 @@ def _make(
                 _prefer(part.mesh, request.layer)
             return ""
     for part in parts:
-        _refuse_linked(part.obj)
+        _refuse_linked(part.obj, part.ref)
     mark = _fingerprint(parts, request, request.by_blender)
     if request.by_blender:
         margin = _PADDING / min(request.size)
@@ -150,7 +153,7 @@ def _make(
             f"{charts.count} charts in the UV map {request.layer}, stretch {charts.stretch.l2:.3f}, "
             f"{100.0 * charts.utilisation:.0f} % of the image used"
         )
-    again = _parts(context, names, request)  # the artist, or an undo, may have been at it
+    again = _parts(context, refs, request)  # the artist, or an undo, may have been at it
     if _fingerprint(again, request, request.by_blender) != mark:
         raise InputError(f"{title}: it was changed while its charts were made; start again")
     with object_mode(context):
@@ -180,25 +183,27 @@ def _prefer(mesh: bpy.types.Mesh, name: str) -> None:
         mesh.uv_layers.active = mesh.uv_layers[name]
 
 
-def _fit_for_atlas(context: bpy.types.Context, objects: Sequence[bpy.types.Object], charting: ChartJob) -> list[str]:
-    """Names of the objects whose meshes can have charts in it; the others are refused."""
-    fit: list[str] = []
-    taken: dict[int, str] = {}
+def _fit_for_atlas(
+    context: bpy.types.Context, objects: Mapping[BlockRef, bpy.types.Object], charting: ChartJob
+) -> list[BlockRef]:
+    """The objects whose meshes can have charts in it; the others are refused."""
+    fit: list[BlockRef] = []
+    taken: dict[int, BlockRef] = {}
     with object_mode(context):  # once: each way there and back is two steps of undo
-        for obj in objects:
+        for ref, obj in objects.items():
             try:
-                _refuse_linked(obj)
-                if (other := taken.setdefault(mesh_of(obj).as_pointer(), obj.name)) != obj.name:
+                _refuse_linked(obj, ref)
+                if (other := taken.setdefault(mesh_of(obj).as_pointer(), ref)) != ref:
                     raise InputError(
-                        f"{obj.name}: it shares its mesh with {other}, and in an atlas each needs UVs of its own; make "
-                        "it a single user (Object > Relations > Make Single User > Object & Data)"
+                        f"{ref.label}: it shares its mesh with {other.label}, and in an atlas each needs UVs of its "
+                        "own; make it a single user (Object > Relations > Make Single User > Object & Data)"
                     )
-                _parts(context, [obj.name], charting.request)
+                _parts(context, [ref], charting.request)
                 check_room(obj, charting.request.layer)
             except InputError as refusal:
-                charting.refused[obj.name] = refusal
+                charting.refused[ref] = refusal
             else:
-                fit.append(obj.name)
+                fit.append(ref)
     return fit
 
 
@@ -228,6 +233,7 @@ def _unwrapped(
 class _Part:
     """A mesh to chart. vertices: (V, 3) float32, as large in the world as they are in an atlas."""
 
+    ref: BlockRef
     obj: bpy.types.Object
     base: BaseTriangles
     vertices: Floats
@@ -238,21 +244,21 @@ class _Part:
         return mesh_of(self.obj)
 
 
-def _parts(context: bpy.types.Context, names: Sequence[str], request: ChartRequest) -> list[_Part]:
+def _parts(context: bpy.types.Context, refs: Sequence[BlockRef], request: ChartRequest) -> list[_Part]:
     """Raises InputError for an object that is not there by now, and for one that an atlas cannot hold."""
     objects, parts = synced(view_layer_in(context)), []
     with object_mode(context):
-        for name in names:
-            obj = objects.get(name)
+        for ref in refs:
+            obj = find(objects, ref)
             if obj is None:
-                raise InputError(f"{name}: it was changed while its charts were made; start again")
+                raise InputError(f"{ref.label}: it was changed while its charts were made; start again")
             base = base_triangles(context, obj)
             vertices = base.vertices
             if request.atlas:
-                vertices = (vertices @ _stretch_of(name, obj).T).astype(np.float32)
+                vertices = (vertices @ _stretch_of(ref.label, obj).T).astype(np.float32)
                 if not np.isfinite(vertices).all():
-                    raise InputError(f"{name}: some vertices are not finite numbers; delete them, or leave it out")
-            parts.append(_Part(obj, base, vertices))
+                    raise InputError(f"{ref.label}: some vertices are not finite numbers; delete them, or leave it out")
+            parts.append(_Part(ref, obj, base, vertices))
     return parts
 
 
@@ -269,12 +275,12 @@ def _stretch_of(name: str, obj: bpy.types.Object) -> Doubles:
     return rounded
 
 
-def _refuse_linked(obj: bpy.types.Object) -> None:
+def _refuse_linked(obj: bpy.types.Object, ref: BlockRef) -> None:
     """Before minutes of unwrapping, what `write_uv` would say after."""
     if (library := library_of(mesh_of(obj))) is not None:
         where = library.filepath
         raise InputError(
-            f"{obj.name}: its mesh is linked from {where} and can be given no UV map; make it local or unwrap it there"
+            f"{ref.label}: its mesh is linked from {where} and can be given no UV map; make it local or unwrap it there"
         )
 
 

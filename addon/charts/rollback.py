@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -10,6 +10,8 @@ import bpy
 import numpy as np
 
 from ...core.base.arrays import Floats
+from ..read.blender_state import synced
+from ..read.block_ref import BlockRef, find
 from ..typed import found_in, mesh_of
 from .chart_job import MARKS
 
@@ -26,20 +28,21 @@ _ChartMaps = dict[str, _ChartMap]  # by the UV map's name
 
 
 @contextmanager
-def chart_rollback(view_layer: bpy.types.ViewLayer, names: tuple[str, ...], kept: list[str]) -> Iterator[None]:
-    """Put back the chart maps of all named objects that are not among the kept in the end; they share no mesh with one.
+def chart_rollback(view_layer: bpy.types.ViewLayer, refs: Sequence[BlockRef], kept: list[BlockRef]) -> Iterator[None]:
+    """Put back the chart maps of all these objects that are not among the kept in the end; they share no mesh with one.
 
     kept: filled by the work inside.
     """
-    before = {name: _read(mesh_of(view_layer.objects[name])) for name in names}
+    found = ((ref, find(synced(view_layer), ref)) for ref in refs)
+    before = {ref: _read(mesh_of(obj)) for ref, obj in found if obj is not None}
     try:
         yield
     finally:
-        objects = {name: found_in(bpy.data.objects, name) for name in names}  # less those that the artist has removed
-        used = {obj.data for name in kept if (obj := objects.get(name))}
-        for name, obj in objects.items():
+        left = {ref: find(bpy.data.objects, ref) for ref in before}  # less those that the artist has removed
+        used = {obj.data for ref in kept if (obj := left.get(ref))}
+        for ref, obj in left.items():
             if obj is not None and obj.data not in used:
-                for layer, chart_map in before[name].items():
+                for layer, chart_map in before[ref].items():
                     _restore(mesh_of(obj), layer, chart_map)
 
 

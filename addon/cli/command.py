@@ -33,7 +33,6 @@ from ...core.finish.report import (
 )
 from ...core.options.values import told_by_images, told_by_reports
 from ...core.progress import Progress
-from ...core.scene.scene import Instance
 from ...core.settings import Settings
 from ..charts.chart_job import layer_of
 from ..compare.comparison import Compared, compare_with_cycles
@@ -43,8 +42,11 @@ from ..job.outcome import Outcome
 from ..job.runner import run
 from ..output.color_attributes import store_colours
 from ..output.result import Result
+from ..read.blender_state import synced
+from ..read.block_ref import BlockRef, find, refs_of, refs_of_words
 from ..read.high_low_pairs import Pairing, paired_by_name, paired_with
-from ..read.occluder_filter import named
+from ..read.occluder_filter import SCENE, OccluderFilter, named
+from ..read.roles import roles_from_json
 from .import_file import load
 from .options import parsed, parser, settings_of
 
@@ -136,13 +138,9 @@ def _check_into(options: Any, chosen: BakeJob) -> None:
 
 def _chosen(context: Any, options: Any, settings: Settings) -> BakeJob:
     """What to bake, from what, and who occludes."""
-    names = tuple(dict.fromkeys(options.objects or _all_meshes(context.view_layer)))
-    pairing = Pairing(names)
-    if options.pairs:
-        pairing = paired_by_name(context.view_layer.objects, names, options.extrusion)
-    elif options.highs:
-        pairing = paired_with(names[0], options.highs, options.cage or "", options.extrusion)
-    occluding = replace(named(options.occluders, ground=options.use_ground), excluded=pairing.excluded)
+    pairing, occluding = (
+        _roles(context.view_layer, options) if options.roles is None else roles_from_json(options.roles)
+    )
     return BakeJob(
         pairing.targets,
         settings,
@@ -155,6 +153,24 @@ def _chosen(context: Any, options: Any, settings: Settings) -> BakeJob:
             options.color_attributes is not None,
         ),
     )
+
+
+def _roles(view_layer: bpy.types.ViewLayer, options: Any) -> tuple[Pairing, OccluderFilter]:
+    """Who takes part, by the names that were given. Raises InputError."""
+    objects = synced(view_layer)
+
+    def meant(words: Sequence[str]) -> list[BlockRef]:
+        return refs_of_words(bpy.data.objects, words, objects)
+
+    chosen = dict.fromkeys(meant(options.objects) if options.objects else _all_meshes(view_layer))
+    pairing = Pairing(tuple(chosen))
+    if options.pairs:
+        pairing = paired_by_name(objects, tuple(chosen), options.extrusion)
+    elif options.highs:
+        cage = meant([options.cage])[0] if options.cage else None
+        pairing = paired_with(pairing.targets[0], meant(options.highs), cage, options.extrusion)
+    occluding = named(options.occluders or [SCENE], ground=options.use_ground)
+    return pairing, replace(occluding, excluded=pairing.excluded)
 
 
 def _place_files(options: Any) -> None:
@@ -174,12 +190,12 @@ def _place_files(options: Any) -> None:
         check_image(options.coverage)
 
 
-def _all_meshes(view_layer: Any) -> list[str]:
+def _all_meshes(view_layer: bpy.types.ViewLayer) -> list[BlockRef]:
     """What renders; where nothing does, whatever mesh there is, for the bake to say why it cannot be baked."""
-    names = meshes_in_render(view_layer) or [obj.name for obj in view_layer.objects if obj.type == "MESH"]
-    if not names:
+    meshes = meshes_in_render(view_layer) or [obj for obj in synced(view_layer) if obj.type == "MESH"]
+    if not meshes:
         raise InputError(f"the view layer {view_layer.name} holds no mesh; add one, or include its collection")
-    return names
+    return refs_of(meshes)
 
 
 def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -> None:
@@ -206,7 +222,7 @@ class _Writer:
         if len(result.targets) > 1:
             entries[0]["objects"] = [target.name for target in result.targets]
         self.entries += entries
-        if result.name in self._chosen.highs and self._options.cycles_samples:
+        if result.objects[0] in self._chosen.highs and self._options.cycles_samples:
             self.uncompared.append(
                 f"{result.name}: Cycles is compared with on an object's own surface; leave out its highs"
             )
@@ -215,7 +231,7 @@ class _Writer:
                 f"{result.name}: it has no texel in tile {FIRST}, which alone is compared; move its UVs"
             )
         elif self._options.cycles_samples:
-            self._compare(result.target, result.baked, stem, entries[0])
+            self._compare(result, stem, entries[0])
 
     def _write(self, result: Result, baked: Baked, stem: str) -> Json:
         start = time.perf_counter()
@@ -236,7 +252,7 @@ class _Writer:
         if self._folder is not None:
             return self._folder.write(baked, told_by_images(self._settings), stem)
         if self._options.into is None:
-            obj = self._context.view_layer.objects[result.name]
+            obj = self._object(result)
             store_colours(self._context, obj, result.target, baked)
             return {}
         path, channel = self._options.into
@@ -244,11 +260,19 @@ class _Writer:
         write_channel(path, made.values, channel, dither=self._options.use_dither)
         return {name: path}
 
-    def _compare(self, target: Instance, baked: Baked, stem: str, entry: Json) -> None:
+    def _object(self, result: Result) -> bpy.types.Object:
+        """Nobody removes objects while the command runs."""
+        obj: bpy.types.Object | None = find(synced(self._context.view_layer), result.objects[0])
+        assert obj is not None
+        return obj
+
+    def _compare(self, result: Result, stem: str, entry: Json) -> None:
         assert self._folder is not None
+        baked, occluding = result.baked, self._chosen.occluding
         samples, picture = self._options.cycles_samples, self._folder.path / f"{stem}_ao_compared.png"
         _say(f"{baked.name}: baking with Cycles, {samples} samples …")
-        compared = Compared(target, baked, self._settings, self._chosen.occluding, layer_of(self._options.uv))
+        uv = layer_of(self._options.uv)
+        compared = Compared(self._object(result), result.target, baked, self._settings, occluding, uv)
         try:
             with self._clock.stage(CYCLES):
                 cycles = compare_with_cycles(self._context, compared, samples, picture)

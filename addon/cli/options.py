@@ -35,8 +35,9 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
             if flag.group not in groups:
                 groups[flag.group] = made.add_mutually_exclusive_group()
             groups[flag.group].add_argument(flag.name, dest=option.name, help=flag.help, **_arguments(option, flag))
-    # From one Blender to another: values of options by name, that stand over the others.
+    # From one Blender to another: values of options by name, that stand over the others, and who takes part (roles.py).
     made.add_argument("--values", type=Path, help=argparse.SUPPRESS)
+    made.set_defaults(roles=None)
     return made
 
 
@@ -45,7 +46,7 @@ def parsed(made: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Names
     options = made.parse_args(argv)
     if options.values is not None:
         for name, value in json.loads(options.values.read_text(encoding="utf-8")).items():
-            setattr(options, name, Path(value) if _is_path(BY_NAME[name]) else value)
+            setattr(options, name, Path(value) if name in BY_NAME and _is_path(BY_NAME[name]) else value)
     return options
 
 

@@ -21,6 +21,7 @@ from ...core.scene.ground_plane import ground_below
 from ...core.scene.scene import Instance
 from ...core.settings import Settings
 from ...core.texels.rasterize import owners_by_centre, rasterize
+from ..read.blender_state import synced
 from ..read.occluder_filter import EVERYTHING, OccluderFilter
 from ..typed import view_layer_in
 from .cycles import CyclesSettings, bake_ao
@@ -29,8 +30,10 @@ from .known_differences import reasons_to_differ
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """What is compared. target: as it was baked. occluding: who blocked light. uv: the UV map, None: the active one."""
+    """What is compared. obj: the object; target: as it was baked. occluding: who blocked light. uv: the UV map, None:
+    the active one."""
 
+    obj: bpy.types.Object
     target: Instance
     baked: Baked
     settings: Settings
@@ -51,8 +54,8 @@ def compare_with_cycles(context: bpy.types.Context, compared: Compared, samples:
     ours.
     """
     target, settings, occluding = compared.target, compared.settings, compared.occluding
-    names = [obj.name for obj in view_layer_in(context).objects]
-    counting = {name for name in names if name == target.name or occluding.counts(name)}
+    others = [obj for obj in synced(view_layer_in(context)) if obj != compared.obj]
+    counting = [obj for obj in others if occluding.counts(obj.session_uid)]
     how = CyclesSettings(
         settings.image.size,
         samples,
@@ -62,10 +65,10 @@ def compare_with_cycles(context: bpy.types.Context, compared: Compared, samples:
     )
     cycles = bake_ao(
         context,
-        target.name,
+        compared.obj,
         how,
         compared.uv,
-        hidden=[name for name in names if name not in counting],
+        hidden=[obj for obj in others if obj not in counting],
         ground=ground_below([target]) if occluding.ground else None,
     )
     ours = compared.ours
@@ -77,11 +80,11 @@ def compare_with_cycles(context: bpy.types.Context, compared: Compared, samples:
     write_image(path, comparison_image(ours.values, cycles.values, mask, captions), depth=8)
     entry = comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
     reasons = reasons_to_differ(
-        target.name,
+        compared.obj,
         ours.values[mask],
         samples,
         other,
-        counting,
+        [compared.obj, *counting],
         _of_our_own(settings),
         normal_maps=settings.normal_maps,
     )

@@ -20,6 +20,7 @@ from ...core.base.errors import InputError
 from ...core.scene.scene import Instance
 from ..read.bake_operator import INTO_IMAGE, with_texture
 from ..read.blender_state import bake_override, object_mode, passing_object, silenced, synced, temporary_attributes
+from ..read.block_ref import find, refs_of
 from ..typed import library_of, mesh_of, pixels_in, scene_in, view_layer_in
 
 UNLIMITED = 1e20  # farther than any scene; Cycles takes 0 for all open, and has no setting for none
@@ -49,11 +50,11 @@ class CyclesSettings:
 
 def bake_ao(
     context: bpy.types.Context,
-    object_name: str,
+    obj: bpy.types.Object,
     settings: CyclesSettings,
     uv: str | None = None,
     *,
-    hidden: Collection[str] = (),
+    hidden: Collection[bpy.types.Object] = (),
     ground: Instance | None = None,
 ) -> CyclesBake:
     """Bake the object's ambient occlusion with Cycles and put everything back, also after a failure.
@@ -62,7 +63,7 @@ def bake_ao(
     occludes beside what is in the scene. Raises InputError, a line naming the object, where Cycles refuses or is not
     enabled.
     """
-    obj = _object(context, object_name, uv)
+    _check(context, obj, uv)
     with ExitStack() as stack:
         stack.enter_context(object_mode(context))
         stack.enter_context(silenced("object_bake_pre", "object_bake_complete", "object_bake_cancel"))
@@ -73,8 +74,8 @@ def bake_ao(
         scene, view_layer = scene_in(context), view_layer_in(context)
         if ground is not None:
             stack.enter_context(_standing(scene, ground))
-        for name in hidden:
-            temporary_attributes(stack, view_layer.objects[name], visible_shadow=False)
+        for other in hidden:
+            temporary_attributes(stack, other, visible_shadow=False)
         _match(stack, scene, obj, settings)
         temporary_attributes(stack, scene, world=world)
         stack.enter_context(bake_override(context, obj, scene, view_layer))
@@ -84,17 +85,16 @@ def bake_ao(
     return CyclesBake(np.where(coverage, values, np.float32(0.0)), coverage, seconds)
 
 
-def _object(context: bpy.types.Context, name: str, uv: str | None) -> bpy.types.Object:
-    obj: bpy.types.Object | None = synced(view_layer_in(context)).get(name)
-    if obj is None or obj.type != "MESH":
-        raise InputError(f"{name}: no such mesh object in the view layer; check the name")
+def _check(context: bpy.types.Context, obj: bpy.types.Object, uv: str | None) -> None:
+    (ref,) = refs_of([obj])
+    if find(synced(view_layer_in(context)), ref) is None or obj.type != "MESH":
+        raise InputError(f"{ref.label}: no such mesh object in the view layer; include its collection")
     if library_of(obj) is not None:
-        raise InputError(f"{name}: Cycles bakes no object linked from a library; make it local first")
+        raise InputError(f"{ref.label}: Cycles bakes no object linked from a library; make it local first")
     if uv is not None and uv not in mesh_of(obj).uv_layers:
         raise InputError(
-            f"{name}: Cycles bakes onto maps of the mesh itself, and it has none named {uv}; choose another"
+            f"{ref.label}: Cycles bakes onto maps of the mesh itself, and it has none named {uv}; choose another"
         )
-    return obj
 
 
 def _match(stack: ExitStack, scene: bpy.types.Scene, obj: bpy.types.Object, settings: CyclesSettings) -> None:
@@ -205,14 +205,14 @@ def _local_mesh(obj: bpy.types.Object) -> Iterator[None]:
 @contextmanager
 def _materials(obj: bpy.types.Object, image: bpy.types.Image) -> Iterator[None]:
     """Hang a copy of each material, with our image for its active texture, in the slots; the mesh keeps its own."""
-    made: dict[str, bpy.types.Material] = {}
+    made: dict[int, bpy.types.Material] = {}
     with ExitStack() as stack:
         stack.callback(_remove_all, made)
         if not obj.material_slots:
             mesh_of(obj).materials.append(None)
             stack.callback(mesh_of(obj).materials.clear)
         for slot in obj.material_slots:
-            key = slot.material.name_full if slot.material else ""
+            key = slot.material.session_uid if slot.material else 0
             if key not in made:
                 made[key] = with_texture(slot.material, image)
             temporary_attributes(stack, slot, link="OBJECT")
@@ -220,6 +220,6 @@ def _materials(obj: bpy.types.Object, image: bpy.types.Image) -> Iterator[None]:
         yield
 
 
-def _remove_all(materials: Mapping[str, bpy.types.Material]) -> None:
+def _remove_all(materials: Mapping[int, bpy.types.Material]) -> None:
     for material in materials.values():
         bpy.data.materials.remove(material)

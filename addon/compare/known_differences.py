@@ -11,21 +11,20 @@ from ...core.base.arrays import Floats
 from ..materials.cutouts import MaterialOpacities
 from ..materials.image_pixels import ImagePixels
 from ..materials.normal_maps import MaterialNormalMaps
-from ..typed import found_in
 
 
 def reasons_to_differ(
-    target: str,
+    target: bpy.types.Object,
     values: Floats,
     samples: int,
     other_owner: int,
-    occluders: Collection[str],
+    occluders: Collection[bpy.types.Object],
     of_our_own: Collection[str] = (),
     *,
     normal_maps: bool = False,
 ) -> list[str]:
     """A line for each. target: the baked object. values: (N,) float32, our AO of the compared texels. other_owner:
-    texels that Cycles gives to another triangle. occluders: names of the objects that block light. of_our_own: settings
+    texels that Cycles gives to another triangle. occluders: the objects that block light. of_our_own: settings
     that Cycles lacks. normal_maps: whether those of its materials turned its normals."""
     noise = float(np.sqrt(np.mean(values * (1.0 - values), dtype=np.float64) / samples))
     lines = [f"Noise: Cycles' {samples} samples alone may make an RMSE of up to {noise:.4f}"]
@@ -47,7 +46,7 @@ def reasons_to_differ(
     return lines
 
 
-def _of_normals(target: str, normal_maps_of: MaterialNormalMaps, *, normal_maps: bool) -> list[str]:
+def _of_normals(target: bpy.types.Object, normal_maps_of: MaterialNormalMaps, *, normal_maps: bool) -> list[str]:
     """On what turns the target's normals in Cycles and does not here."""
     lines: list[str] = []
     found = [normal_maps_of.of(material, lines) for material in _materials([target])]
@@ -56,7 +55,6 @@ def _of_normals(target: str, normal_maps_of: MaterialNormalMaps, *, normal_maps:
     return lines
 
 
-def _materials(names: Collection[str]) -> Iterator[bpy.types.Material]:
-    for name in names:
-        obj = found_in(bpy.data.objects, name)
-        yield from (slot.material for slot in obj.material_slots if slot.material) if obj is not None else ()
+def _materials(objects: Collection[bpy.types.Object]) -> Iterator[bpy.types.Material]:
+    for obj in objects:
+        yield from (slot.material for slot in obj.material_slots if slot.material)

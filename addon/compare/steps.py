@@ -26,7 +26,8 @@ from ..job.bake_job import BakeJob, Layout, bake_steps
 from ..job.outcome import Outcome
 from ..job.runner import Steps
 from ..output.result import Result
-from ..read.occluder_filter import OccluderFilter, arguments_of
+from ..read.block_ref import find
+from ..read.roles import roles_to_json
 from ..typed import view_layer_in
 from .comparison import Compared, compare_with_cycles
 
@@ -40,7 +41,10 @@ def compare_here(context: bpy.types.Context, job: BakeJob, samples: int, progres
 
         def deliver(result: Result) -> None:
             entry = object_entry(result.baked, {})
-            compared = Compared(result.target, result.baked, alone.settings, job.occluding, layer_of(job.uv))
+            obj = find(view_layer_in(context).objects, result.objects[0])
+            if obj is None:
+                raise InputError(f"{result.name}: removed during the bake; compare another")
+            compared = Compared(obj, result.target, result.baked, alone.settings, job.occluding, layer_of(job.uv))
             cycles = compare_with_cycles(context, compared, samples, Path(folder, "compared.png"))
             finish(context, {**entry, "cycles": cycles})
 
@@ -54,7 +58,7 @@ def compare_in_child(
     job = to_compare(job)
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
         copy, values, report = (Path(folder, name) for name in ("scene.blend", "values.json", "report.json"))
-        progress.enter(f"{job.objects[0]}: comparing")
+        progress.enter(f"{job.objects[0].label}: comparing")
         bpy.ops.wm.save_as_mainfile(filepath=str(copy), copy=True, check_existing=False)
         handed_on = child_values(job, samples, Path(folder), report)
         values.write_text(json.dumps(handed_on), encoding="utf-8")
@@ -74,7 +78,9 @@ def to_compare(job: BakeJob) -> BakeJob:
     """The first object alone in an image. Raises InputError for one that is baked from others."""
     first = job.objects[0]
     if first in job.highs:
-        raise InputError(f"{first}: a comparison is of an object's own surface; set High to Low > From to Own Surface")
+        raise InputError(
+            f"{first.label}: a comparison is of an object's own surface; set High to Low > From to Own Surface"
+        )
     return replace(job, objects=(first,), settings=ao_alone(job.settings), layout=Layout(udim=Udim.STACKED))
 
 
@@ -82,22 +88,13 @@ def child_values(job: BakeJob, samples: int, folder: Path, report: Path) -> dict
     """The command's options, as JSON has them, for a job as `to_compare` gives it, and a comparison."""
     return {
         **values_of(job.settings),
-        "objects": [job.objects[0]],
-        "occluders": _occluders(job.occluding),
-        "use_ground": job.occluding.ground,
+        "roles": roles_to_json(job.objects, job.highs, job.occluding),
         "udim": Udim.STACKED.value,
         "uv": job.uv,
         "folder": str(folder),
         "report": str(report),
         "cycles_samples": samples,
     }
-
-
-def _occluders(occluding: OccluderFilter) -> list[str]:
-    """As the command takes them; less those that stand for others."""
-    if occluding.names is not None or occluding.alone or not occluding.excluded:
-        return arguments_of(occluding)
-    return [obj.name for obj in view_layer_in(bpy.context).objects if occluding.counts(obj.name)]
 
 
 def _wait_for(command: list[str], log: Path, progress: Progress) -> None:

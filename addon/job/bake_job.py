@@ -22,7 +22,8 @@ from ..charts.chart_job import ChartJob, ChartRequest, chart_steps
 from ..output.color_attributes import check_colours
 from ..output.result import Result
 from ..read.blender_state import synced
-from ..read.high_low_pairs import HighNames
+from ..read.block_ref import BlockRef, find
+from ..read.high_low_pairs import HighMeshes
 from ..read.occluder_filter import EVERYTHING, OccluderFilter
 from ..read.scene_reader import SceneRequest, read_scene
 from ..read.world_reader import read_world
@@ -48,15 +49,15 @@ OWN_IMAGES = Layout()
 
 @dataclass(frozen=True)
 class BakeJob:
-    """What to bake. objects: names. uv: a UV map's name, CHARTS or SMART, or None for the active one, charts where none
+    """What to bake: objects. uv: a UV map's name, CHARTS or SMART, or None for the active one, charts where none
     is. occluding: who blocks light. highs: what objects are baked from, where it is not their own surface. smart: let
     Blender unwrap what xatlas would, where there is no xatlas."""
 
-    objects: tuple[str, ...]
+    objects: tuple[BlockRef, ...]
     settings: Settings
     uv: str | None = None
     occluding: OccluderFilter = EVERYTHING
-    highs: Mapping[str, HighNames] = field(default_factory=dict)
+    highs: Mapping[BlockRef, HighMeshes] = field(default_factory=dict)
     layout: Layout = OWN_IMAGES
     smart: bool = False
 
@@ -74,18 +75,18 @@ def bake_steps(
     """
     with outcome.clock.stage(REST):
         outcome.states.update(dict.fromkeys(job.objects, WAITING))
-        names = list(job.objects)
+        refs: Sequence[BlockRef] = job.objects
         if not job.layout.corners:
-            names = yield from prepared_charts(context, job, progress, outcome)
+            refs = yield from prepared_charts(context, job, progress, outcome)
         progress.enter("reading the scene")
         with outcome.clock.stage("extract"):
-            scene = _read(context, names, job, outcome)
+            refs, scene = _read(context, refs, job, outcome)
             if job.settings.needs_light:
                 scene = replace(scene, environment=read_world(scene_in(context)))
             if job.layout.corners:
-                scene = _by_corners(context, scene, job, outcome)
+                scene = _by_corners(context, refs, scene, job, outcome)
         outcome.baker = Baker(scene, _settings(job), progress)
-        yield from _bake_all(context, scene, job, progress, outcome, deliver)
+        yield from _bake_all(refs, job, progress, outcome, deliver)
     outcome.complete = True
     if not outcome.finished:
         raise InputError(outcome.complaint(len(job.objects)))
@@ -101,60 +102,55 @@ def _settings(job: BakeJob) -> Settings:
     return settings
 
 
-def _bake_all(
-    context: bpy.types.Context,
-    scene: Scene,
-    job: BakeJob,
-    progress: Progress,
-    outcome: Outcome,
-    deliver: Deliver,
-) -> Steps:
+def _bake_all(refs: Sequence[BlockRef], job: BakeJob, progress: Progress, outcome: Outcome, deliver: Deliver) -> Steps:
     """One target after the other, each delivered, or put into the atlas, which is delivered at the end."""
-    targets = [target for target in scene.targets if outcome.states[target.name] != REFUSED]
-    tiles = {target.name: _tiles(target, job) for target in targets}
+    assert outcome.baker is not None
+    scene = outcome.baker.scene
+    given = {ref: target for ref, target in zip(refs, scene.targets, strict=True) if outcome.states[ref] != REFUSED}
+    tiles = {ref: _tiles(target, job) for ref, target in given.items()}
     progress.expect(sum(len(each.numbers) or 1 for each in tiles.values()))
-    atlas, in_atlas = Atlas(job.layout.atlas), []
-    for target in targets:
-        outcome.states[target.name] = BAKING
+    atlas, in_atlas = Atlas(job.layout.atlas), dict[BlockRef, Instance]()
+    for ref, target in given.items():
+        outcome.states[ref] = BAKING
         try:
-            result = yield from _bake_one(target, tiles[target.name], job, outcome)
+            result = yield from _bake_one(ref, target, tiles[ref], job, outcome)
             if job.layout.atlas:
                 atlas.add(result.baked)
-                in_atlas.append(result.target)
-                outcome.states[target.name] = DONE
+                in_atlas[ref] = result.target
+                outcome.states[ref] = DONE
                 continue
             deliver(result)
         except InputError as refusal:
-            outcome.refuse(target.name, refusal)
+            outcome.refuse(ref, refusal)
         else:
-            outcome.finish(target.name)
+            outcome.finish(ref)
     if in_atlas:
         whole: Baked = yield partial(atlas.finish, job.settings.image.margin)
-        deliver(Result(job.layout.atlas, tuple(in_atlas), (whole,)))
-        for target in in_atlas:
-            if outcome.states[target.name] != REFUSED:
-                outcome.finish(target.name)
+        deliver(Result(job.layout.atlas, tuple(in_atlas), tuple(in_atlas.values()), (whole,)))
+        for ref in in_atlas:
+            if outcome.states[ref] != REFUSED:
+                outcome.finish(ref)
 
 
 def prepared_charts(
     context: bpy.types.Context, job: BakeJob, progress: Progress, outcome: Outcome
-) -> Generator[Callable[[], Any], Any, list[str]]:
-    """`chart_steps` for these options, what it has to say in the outcome. Returns the names of the objects to go on
-    with. Raises as that, and InputError where none is left."""
+) -> Generator[Callable[[], Any], Any, list[BlockRef]]:
+    """`chart_steps` for these options, what it has to say in the outcome. Returns the objects to go on with. Raises as
+    that, and InputError where none is left."""
     size = job.settings.image.size
     outcome.charting = ChartJob(ChartRequest(job.uv, job.layout.atlas, job.smart, size), clock=outcome.clock)
     yield from chart_steps(context, job.objects, outcome.charting, progress)
-    for name, refusal in outcome.charting.refused.items():
-        outcome.refuse(name, refusal)
+    for ref, refusal in outcome.charting.refused.items():
+        outcome.refuse(ref, refusal)
     outcome.notes += outcome.charting.notes
-    names = [name for name in job.objects if name not in outcome.charting.refused]
-    if not names:
+    refs = [ref for ref in job.objects if ref not in outcome.charting.refused]
+    if not refs:
         raise InputError(outcome.complaint(len(job.objects)))
-    return names
+    return refs
 
 
 def _bake_one(
-    target: Instance, tiles: UvTiles, job: BakeJob, outcome: Outcome
+    ref: BlockRef, target: Instance, tiles: UvTiles, job: BakeJob, outcome: Outcome
 ) -> Generator[Callable[[], Any], Any, Result]:
     assert outcome.baker is not None
     size = corner_image(len(target.mesh.triangles)) if job.layout.corners else None
@@ -164,25 +160,27 @@ def _bake_one(
         bakes.append(baked)
     bakes[0].warnings += tiles.warnings(target.name)
     _share_times(outcome, bakes[0], alone=len(outcome.baker.scene.targets) == 1)
-    return Result(target.name, (target,), tuple(bakes))
+    return Result(ref.label, (ref,), (target,), tuple(bakes))
 
 
-def _by_corners(context: bpy.types.Context, scene: Scene, job: BakeJob, outcome: Outcome) -> Scene:
+def _by_corners(
+    context: bpy.types.Context, refs: Sequence[BlockRef], scene: Scene, job: BakeJob, outcome: Outcome
+) -> Scene:
     """The scene laid out for colours; targets that can have none are refused. Raises InputError where none is left."""
     objects, names = synced(view_layer_in(context)), [each.name for each in job.settings.maps]
-    taken: dict[int, str] = {}  # by mesh: colours belong to it, and of objects that share one the last would take them
-    for target in scene.targets:
-        obj = objects[target.name]
+    taken: dict[int, BlockRef] = {}  # by mesh: its colours are one, and the last of several objects would have them
+    for ref, target in zip(refs, scene.targets, strict=True):
+        obj: Any = find(objects, ref)  # it has just been read
         try:
             check_corners(target)
             check_colours(obj, target, names)
-            if (other := taken.setdefault(obj.data.session_uid, target.name)) != target.name:
+            if (other := taken.setdefault(obj.data.session_uid, ref)) != ref:
                 raise InputError(
-                    f"{target.name}: it shares its mesh, and with it the colors, with {other}; make it a single user "
-                    "(Object > Relations > Make Single User > Object & Data)"
+                    f"{ref.label}: it shares its mesh, and with it the colors, with {other.label}; make it a single "
+                    "user (Object > Relations > Make Single User > Object & Data)"
                 )
         except InputError as refusal:
-            outcome.refuse(target.name, refusal)
+            outcome.refuse(ref, refusal)
     if not taken:
         raise InputError(outcome.complaint(len(job.objects)))
     return with_corner_cells(scene)
@@ -194,11 +192,14 @@ def _tiles(target: Instance, job: BakeJob) -> UvTiles:
     return UvTiles() if one_image else tiles_of(target.mesh, job.layout.udim)
 
 
-def _read(context: bpy.types.Context, names: Sequence[str], job: BakeJob, outcome: Outcome) -> Scene:
-    """The scene with all targets; where some cannot be read, those are refused. Raises InputError if all are."""
+def _read(
+    context: bpy.types.Context, refs: Sequence[BlockRef], job: BakeJob, outcome: Outcome
+) -> tuple[Sequence[BlockRef], Scene]:
+    """The scene with all targets, and which these are; those that cannot be read are refused. Raises InputError if all
+    are."""
     uv = None if job.layout.corners else outcome.charting.layer
 
-    def read(these: Sequence[str]) -> tuple[Scene, list[str]]:
+    def read(these: Sequence[BlockRef]) -> tuple[Scene, list[str]]:
         request = SceneRequest(
             these,
             uv,
@@ -210,27 +211,28 @@ def _read(context: bpy.types.Context, names: Sequence[str], job: BakeJob, outcom
         return read_scene(context, view_layer_in(context), request)
 
     try:
-        scene, lines = read(names)
+        scene, lines = read(refs)
     except InputError:
-        if len(names) == 1:
+        if len(refs) == 1:
             raise
-        scene, lines = read(_readable(names, read, outcome))
+        refs = _readable(refs, read, outcome)
+        scene, lines = read(refs)
     outcome.notes += lines
-    return scene
+    return refs, scene
 
 
-def _readable(names: Sequence[str], read: Callable[[Sequence[str]], Any], outcome: Outcome) -> list[str]:
+def _readable(refs: Sequence[BlockRef], read: Callable[[Sequence[BlockRef]], Any], outcome: Outcome) -> list[BlockRef]:
     """Those that can be read alone; the others are refused. Raises InputError where none is left."""
     readable = []
-    for name in names:
+    for ref in refs:
         try:
-            read((name,))
+            read((ref,))
         except InputError as refusal:
-            outcome.refuse(name, refusal)
+            outcome.refuse(ref, refusal)
         else:
-            readable.append(name)
+            readable.append(ref)
     if not readable:
-        raise InputError(outcome.complaint(len(names)))
+        raise InputError(outcome.complaint(len(refs)))
     return readable
 
 
@@ -241,15 +243,15 @@ def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:
         baked.seconds["extract"] = outcome.clock.hand_over("extract")
 
 
-def meshes_in_render(view_layer: bpy.types.ViewLayer) -> list[str]:
-    """Names of the view layer's mesh objects that render, in the Outliner's order; those without faces are left out."""
-    shown = set(_shown_collections(view_layer.layer_collection))
+def meshes_in_render(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
+    """The view layer's mesh objects that render, in the Outliner's order; those without faces are left out."""
+    shown = {collection.session_uid for collection in _shown_collections(view_layer.layer_collection)}
     return [
-        obj.name
+        obj
         for obj in synced(view_layer)
         if obj.type == "MESH"
         and _renders_itself(obj)
-        and any(collection.name_full in shown for collection in obj.users_collection)
+        and any(collection.session_uid in shown for collection in obj.users_collection)
         and (len(obj.data.polygons) or len(obj.modifiers))  # modifiers may make the faces
     ]
 
@@ -259,9 +261,9 @@ def _renders_itself(obj: bpy.types.Object) -> bool:
     return not obj.hide_render and (obj.show_instancer_for_render or not instances)
 
 
-def _shown_collections(layer: Any) -> Iterator[str]:
+def _shown_collections(layer: Any) -> Iterator[bpy.types.Collection]:
     if layer.exclude or layer.collection.hide_render:
         return
-    yield layer.collection.name_full
+    yield layer.collection
     for child in layer.children:
         yield from _shown_collections(child)

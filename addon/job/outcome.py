@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from ...core.bake import Baker
 from ...core.base.errors import InputError
 from ..charts.chart_job import ChartJob
+from ..read.block_ref import BlockRef
 from .job_clock import JobClock
 
 WAITING, BAKING, DONE, REFUSED = "waiting", "baking", "done", "refused"
@@ -19,29 +20,29 @@ class Outcome:
     its end."""
 
     baker: Baker | None = None
-    finished: list[str] = field(default_factory=list)
+    finished: list[BlockRef] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     charting: ChartJob = field(default_factory=ChartJob)
-    states: dict[str, str] = field(default_factory=dict)
+    states: dict[BlockRef, str] = field(default_factory=dict)
     clock: JobClock = field(default_factory=JobClock)
     complete: bool = False
 
     @property
     def occluders(self) -> list[str]:
-        """Names of the objects that block light, the targets among them where they do."""
+        """What the objects are called that block light, the targets among them where they do."""
         return sorted({each.belongs_to for each in self.baker.scene.occluders}) if self.baker is not None else []
 
-    def refuse(self, name: str, why: InputError) -> None:
+    def refuse(self, ref: BlockRef, why: InputError) -> None:
         """An object cannot be baked; objects that share a reason share its line."""
         if str(why) not in self.refused:
             self.refused.append(str(why))
-        self.states[name] = REFUSED
+        self.states[ref] = REFUSED
 
-    def finish(self, name: str) -> None:
+    def finish(self, ref: BlockRef) -> None:
         """An object is baked and delivered."""
-        self.finished.append(name)
-        self.states[name] = DONE
+        self.finished.append(ref)
+        self.states[ref] = DONE
 
     def complaint(self, objects: int) -> str:
         """The line to end with where some of so many objects were refused."""

@@ -6,6 +6,7 @@ from typing import Generic, TypeVar
 
 import bpy
 
+from ..typed import uid_of
 from .image_pixels import ImagePixels
 
 Found = TypeVar("Found")
@@ -17,16 +18,17 @@ class MaterialCache(Generic[Found]):
 
     def __init__(self, override: bpy.types.Material | None = None, pixels: ImagePixels | None = None) -> None:
         self._override, self._pixels = override, pixels or ImagePixels()
-        self._found: dict[str, Found] = {}
+        self._found: dict[int, Found] = {}
 
     def of(self, material: bpy.types.Material | None, lines: list[str]) -> Found:
         """What is found of a material. What there is to say of it is added to `lines` the first time."""
         material = self._override or material
         if material is None:
             return self._nothing()
-        if material.name_full not in self._found:
-            self._found[material.name_full] = self._read(material, lines)
-        return self._found[material.name_full]
+        uid = uid_of(material)
+        if uid not in self._found:
+            self._found[uid] = self._read(material, lines)
+        return self._found[uid]
 
     def _nothing(self) -> Found:
         """Of no material."""

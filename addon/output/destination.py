@@ -17,7 +17,8 @@ from ...core.finish.map_files import check_file, clean_name, tile_suffix, whole_
 from ...core.options import table
 from ...core.options.values import told_by_images
 from ...core.settings import Settings, check_files
-from ..typed import found_in, space_of
+from ..read.block_ref import BlockRef, find
+from ..typed import space_of
 from .blender_images import store, store_channel, store_file, store_tiles
 from .result import Result
 from .ro_nodes import CODE
@@ -28,14 +29,14 @@ PACKED, SAVED, COLOURS, CHANNEL = (each.upper() for each in (table.PACKED, table
 @dataclass(frozen=True)
 class Destination:
     """kind: PACKED, SAVED, CHANNEL, or COLOURS, which are no images (color_attributes.py). path, format, depth: of
-    files. image, channel: the name of an image, and which of RGBA. dither: of integers."""
+    files. image, channel: an image, and which of RGBA. dither: of integers."""
 
     kind: str = PACKED
     path: str = ""
     format: str = "png"
     depth: int = 16
     dither: bool = True
-    image: str = ""
+    image: BlockRef | None = None
     channel: str = "R"
 
     def check(self, objects: Sequence[str], settings: Settings) -> None:
@@ -54,9 +55,10 @@ class Destination:
         files, so that the one that they are made for is packed, too. Raises InputError, what was there untouched."""
         baked = result.baked
         if self.kind == CHANNEL:
-            image = found_in(bpy.data.images, self.image)
+            assert self.image is not None  # it has been checked
+            image = find(bpy.data.images, self.image)
             if image is None:
-                raise InputError(f"{self.image}: the image was removed during the bake; choose another")
+                raise InputError(f"{self.image.label}: the image was removed during the bake; choose another")
             if not (space := space_of(image)).is_data:
                 baked.warnings.append(
                     f"{image.name}: its color space is {space.name}, so that materials read the map too dark; set it "
@@ -112,7 +114,7 @@ class Destination:
             check_file(path)
 
     def _check_channel(self, objects: Sequence[str], settings: Settings) -> None:
-        image: Any = bpy.data.images.get(self.image)
+        image: Any = self.image and find(bpy.data.images, self.image)
         if image is None:
             raise InputError("Image: none is chosen to bake into; choose one")
         if image.library is not None:

@@ -6,13 +6,16 @@ from dataclasses import dataclass
 
 from ...core.finish.baked import Baked
 from ...core.scene.scene import Instance
+from ..read.block_ref import BlockRef
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """name: its object's, or the atlas'. targets: the objects in it. bakes: one, or one a tile of a UDIM layout."""
+    """name: its object's, or the atlas'. objects: those in it; targets: the same, as they were baked. bakes: one, or
+    one a tile of a UDIM layout."""
 
     name: str
+    objects: tuple[BlockRef, ...]
     targets: tuple[Instance, ...]
     bakes: tuple[Baked, ...]
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import bpy
 
 from ...core.base.errors import InputError
+from .block_ref import BlockRef, refs_of
 
 _LOW, _HIGH, _CAGE = (
     re.compile(rf"(?:(?P<base>.*?)[ ._-])?{ending}", re.IGNORECASE) for ending in ("low", r"high(?![a-z]).*", "cage")
@@ -16,58 +17,80 @@ _LOW, _HIGH, _CAGE = (
 
 
 @dataclass(frozen=True)
-class HighNames:
-    """What an object is baked from: the names of meshes, of a cage where there is one, else how far they are looked
-    for, in scene units; None: by the object's size (core/texels/high_to_low.py)."""
+class HighMeshes:
+    """What an object is baked from: meshes, a cage where there is one, else how far they are looked for, in scene
+    units; None: by the object's size (core/texels/high_to_low.py)."""
 
-    names: tuple[str, ...]
-    cage: str = ""
+    meshes: tuple[BlockRef, ...]
+    cage: BlockRef | None = None
     extrusion: float | None = None
 
 
 @dataclass(frozen=True)
 class Pairing:
-    """Who is baked: targets' names, what some of them are baked from, and who then blocks no light."""
+    """Who is baked, what some of them are baked from, and the session_uids of those who then block no light."""
 
-    targets: tuple[str, ...]
-    highs: Mapping[str, HighNames] = field(default_factory=dict)
-    excluded: frozenset[str] = frozenset()
+    targets: tuple[BlockRef, ...]
+    highs: Mapping[BlockRef, HighMeshes] = field(default_factory=dict)
+    excluded: frozenset[int] = frozenset()
 
 
-def paired_with(low: str, highs: Sequence[str], cage: str, extrusion: float | None) -> Pairing:
+def paired_with(low: BlockRef, highs: Sequence[BlockRef], cage: BlockRef | None, extrusion: float | None) -> Pairing:
     """One object from others. Raises InputError where there is none."""
-    names = tuple(name for name in highs if name not in (low, cage))
-    if not names:
-        raise InputError(f"{low}: nothing to bake it from; select the high meshes first, and {low} last")
-    return Pairing((low,), {low: HighNames(names, cage, extrusion)}, frozenset({low, cage} - {""}))
+    meshes = tuple(ref for ref in highs if ref not in (low, cage))
+    if not meshes:
+        raise InputError(f"{low.label}: nothing to bake it from; select the high meshes first, and {low.label} last")
+    return Pairing((low,), {low: HighMeshes(meshes, cage, extrusion)}, frozenset(ref.uid for ref in (low, cage) if ref))
 
 
-def paired_by_name(objects: Iterable[bpy.types.Object], chosen: Sequence[str], extrusion: float | None) -> Pairing:
+def paired_by_name(objects: Iterable[bpy.types.Object], chosen: Sequence[BlockRef], extrusion: float | None) -> Pairing:
     """Each `…_low` of the objects that is chosen, or one of whose `…_high` is; those may be several, and go on after
-    `high`, as `Rock_high.001`. A `…_cage` beside them is its cage. Chosen objects that are no part of a pair are baked
-    as they are.
+    `high`, as `Rock_high.001`. A `…_cage` beside them is its cage. Those of the low mesh's own file, or library, go
+    before those of others. Chosen objects that are no part of a pair are baked as they are.
 
     Raises InputError for a chosen low mesh without a high one.
     """
-    meshes = [obj.name for obj in objects if obj.type == "MESH"]
-    lows, highs, cages = (_by_base(pattern, meshes) for pattern in (_LOW, _HIGH, _CAGE))
-    pairs: dict[str, HighNames] = {}
-    for base, names in lows.items():
-        for low in names:
-            if low in chosen and base not in highs:
-                stem = low[: len(base)]
-                raise InputError(f"{low}: no mesh named {stem}_high to bake it from; name one so, or choose another")
-            if base in highs and not {low, *highs[base]}.isdisjoint(chosen):
-                pairs[low] = HighNames(tuple(highs[base]), cages.get(base, [""])[0], extrusion)
-    low_parts = {name for part in (lows, cages) for base, names in part.items() if base in highs for name in names}
-    high_parts = {name for base, names in highs.items() if base in lows for name in names}
-    plain = [name for name in chosen if name not in low_parts | high_parts]
-    return Pairing((*plain, *pairs), pairs, frozenset(low_parts))
+    meshes = [obj for obj in objects if obj.type == "MESH"]
+    named = list(zip(refs_of(meshes), meshes, strict=True))
+    lows, highs, cages = (_by_base(pattern, named) for pattern in (_LOW, _HIGH, _CAGE))
+    pairs: dict[BlockRef, HighMeshes] = {}
+    for base, parts in lows.items():
+        for low in parts:
+            if low.ref in chosen and base not in highs:
+                stem = low.name[: len(base)]
+                raise InputError(
+                    f"{low.ref.label}: no mesh named {stem}_high to bake it from; name one so, or choose another"
+                )
+            above = _beside(low, highs.get(base, []))
+            if not {low.ref, *above}.isdisjoint(chosen) and above:
+                cage = _beside(low, cages.get(base, []))
+                pairs[low.ref] = HighMeshes(tuple(above), cage[0] if cage else None, extrusion)
+    low_parts = {
+        part.ref for group in (lows, cages) for base, parts in group.items() if base in highs for part in parts
+    }
+    high_parts = {part.ref for base, parts in highs.items() if base in lows for part in parts}
+    plain = [ref for ref in chosen if ref not in low_parts | high_parts]
+    return Pairing((*plain, *pairs), pairs, frozenset(ref.uid for ref in low_parts))
 
 
-def _by_base(pattern: re.Pattern[str], names: Iterable[str]) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for name in names:
-        if match := pattern.fullmatch(name):
-            found.setdefault((match["base"] or "").casefold(), []).append(name)
+@dataclass(frozen=True)
+class _Part:
+    """A mesh that is called as a part of a pair."""
+
+    ref: BlockRef
+    name: str
+    library: bpy.types.Library | None
+
+
+def _by_base(pattern: re.Pattern[str], named: Iterable[tuple[BlockRef, bpy.types.Object]]) -> dict[str, list[_Part]]:
+    found: dict[str, list[_Part]] = {}
+    for ref, obj in named:
+        if match := pattern.fullmatch(obj.name):
+            found.setdefault((match["base"] or "").casefold(), []).append(_Part(ref, obj.name, obj.library))
     return found
+
+
+def _beside(low: _Part, parts: Sequence[_Part]) -> list[BlockRef]:
+    """Of parts of the same name those that come from where it comes from; where none does, all."""
+    near = [part.ref for part in parts if part.library == low.library]
+    return near or [part.ref for part in parts]

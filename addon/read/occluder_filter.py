@@ -8,55 +8,72 @@ from dataclasses import dataclass
 import bpy
 
 from ...core.base.errors import InputError
+from .block_ref import find, refs_of_words
 
 
 @dataclass(frozen=True)
 class OccluderFilter:
-    """names: objects that block light, None: all. alone: each target is blocked by itself alone. ground: a level plane
-    below the targets blocks light, too. A target always blocks its own; excluded: objects that never block any."""
+    """objects: session_uids of those that block light, None: all. alone: each target is blocked by itself alone.
+    ground: a level plane below the targets blocks light, too. A target always blocks its own; excluded: session_uids
+    of objects that never block any."""
 
-    names: frozenset[str] | None = None
+    objects: frozenset[int] | None = None
     alone: bool = False
     ground: bool = False
-    excluded: frozenset[str] = frozenset()
+    excluded: frozenset[int] = frozenset()
 
-    def counts(self, name: str, *, own: bool = False) -> bool:
+    def counts(self, uid: int, *, own: bool = False) -> bool:
         """Whether an object blocks light; own: one that is baked, or baked from."""
-        if name in self.excluded:
+        if uid in self.excluded:
             return False
-        return own or (not self.alone and (self.names is None or name in self.names))
+        return own or (not self.alone and (self.objects is None or uid in self.objects))
 
 
 EVERYTHING = OccluderFilter()
 _SURFACES = frozenset({"MESH", "CURVE", "SURFACE", "FONT", "META"})
 SCENE, SELF = "scene", "self"  # words of the command
+_OBJECT, _COLLECTION = "object:", "collection:"  # before a name, where the file has both
 
 
 def named(words: Sequence[str], *, ground: bool = False) -> OccluderFilter:
     """The command's words: "scene", "self", or names of objects and collections, with all in them.
 
-    Raises InputError for a name that the file has not.
+    Raises InputError for a name that the file has not, and for one that may mean more than one thing.
     """
-    if list(words) == [SCENE]:
-        return OccluderFilter(ground=ground)
-    if list(words) == [SELF]:
-        return OccluderFilter(alone=True, ground=ground)
-    names: set[str] = set()
-    for word in words:
-        if word not in bpy.data.objects and word not in bpy.data.collections:
-            raise InputError(f"{word}: no object or collection of this name can block light; name another")
-        if word in bpy.data.collections:
-            names.update(obj.name for obj in bpy.data.collections[word].all_objects)
-        if word in bpy.data.objects:
-            names.add(word)
-    return OccluderFilter(frozenset(names), ground=ground)
+    if word := next((word for word in (SCENE, SELF) if word in words), ""):
+        if set(words) != {word}:
+            raise InputError(f"{word}: it stands alone; an object of this name is {_OBJECT}{word}")
+        return OccluderFilter(alone=word == SELF, ground=ground)
+    return OccluderFilter(frozenset(uid for word in words for uid in _meant_by(word)), ground=ground)
 
 
-def arguments_of(occluding: OccluderFilter) -> list[str]:
-    """As the command takes it: `named` of these gives the same."""
-    if occluding.alone or occluding.names == frozenset():
-        return [SELF]
-    return [SCENE] if occluding.names is None else sorted(occluding.names)
+def _meant_by(word: str) -> set[int]:
+    """session_uids of an object, or of all in a collection."""
+    if word.startswith(_OBJECT):
+        objects, members = _object(word.removeprefix(_OBJECT)), None
+    elif word.startswith(_COLLECTION):
+        objects, members = None, _members(word.removeprefix(_COLLECTION))
+    else:
+        objects, members = _object(word), _members(word)
+    if objects is not None and members is not None:
+        raise InputError(
+            f"{word}: an object and a collection have this name; give {_OBJECT}{word} or {_COLLECTION}{word}"
+        )
+    found = objects if members is None else members
+    if found is None:
+        raise InputError(f"{word}: no object or collection of this name can block light; name another")
+    return found
+
+
+def _object(name: str) -> set[int] | None:
+    (ref,) = refs_of_words(bpy.data.objects, [name])
+    return {ref.uid} if ref.uid else None
+
+
+def _members(name: str) -> set[int] | None:
+    (ref,) = refs_of_words(bpy.data.collections, [name])
+    collection = find(bpy.data.collections, ref)
+    return None if collection is None else {obj.session_uid for obj in collection.all_objects}
 
 
 def may_occlude(obj: bpy.types.Object) -> bool:

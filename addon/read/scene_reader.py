@@ -19,25 +19,26 @@ from ..materials.cutouts import MaterialOpacities, cutout_of
 from ..materials.image_pixels import ImagePixels
 from ..materials.mesh_layers import materials_of
 from ..materials.normal_maps import MaterialNormalMaps, normal_map_of
-from ..typed import mesh_of
+from ..typed import mesh_of, uid_of
 from .blender_state import synced
+from .block_ref import BlockRef, find, labels_of
 from .depsgraph import evaluated
-from .high_low_pairs import HighNames
+from .high_low_pairs import HighMeshes
 from .mesh_arrays import corners_of, polygons_of, read_shape, read_surface
 from .occluder_filter import EVERYTHING, OccluderFilter
 
 
 @dataclass(frozen=True)
 class SceneRequest:
-    """What to read. targets: names of mesh objects in the view layer. uv: the UV map to bake onto, by default the
-    active one. occluding: who occludes of what renders. highs: what targets are baked from, by the targets' names.
-    tangents: the targets' are read, where they have UVs; normal_maps: those that reach the normals of their materials
-    are, but for those that are baked from others."""
+    """What to read. targets: mesh objects in the view layer. uv: the UV map to bake onto, by default the active one.
+    occluding: who occludes of what renders. highs: what targets are baked from. tangents: the targets' are read, where
+    they have UVs; normal_maps: those that reach the normals of their materials are, but for those that are baked from
+    others."""
 
-    targets: Sequence[str]
+    targets: Sequence[BlockRef]
     uv: str | None = None
     occluding: OccluderFilter = EVERYTHING
-    highs: Mapping[str, HighNames] = field(default_factory=dict)
+    highs: Mapping[BlockRef, HighMeshes] = field(default_factory=dict)
     tangents: bool = False
     normal_maps: bool = False
 
@@ -47,9 +48,11 @@ def read_scene(
 ) -> tuple[Scene, list[str]]:
     """Copy the targets, all that occludes as in Cycles, and the camera, with modifiers at render level.
 
-    A target mesh without any UV map has uv None. Returns the scene, and a line for each object that Cycles would trace
-    and this cannot. Raises InputError, a line naming the object, for a target, or a mesh to bake it from, that is
-    missing, no mesh, hidden from render, or without the UV map asked for, or whose faces have no tangents.
+    The scene's targets are those of the request, each once, in its order; all objects in it are called by their labels,
+    no two the same. A target mesh without any UV map has uv None. Returns the scene, and a line for each object that
+    Cycles would trace and this cannot. Raises InputError, a line naming the object, for a target, or what it is baked
+    from, that is missing, no mesh, hidden from render, or without the UV map asked for, or whose faces have no
+    tangents.
     """
     wanted = _Wanted(view_layer, request)
     found: list[tuple[Scene, list[str]]] = []
@@ -62,12 +65,14 @@ class _Wanted:
 
     def __init__(self, view_layer: bpy.types.ViewLayer, request: SceneRequest) -> None:
         self.request = request
-        self.targets = [_target_object(view_layer, name) for name in dict.fromkeys(request.targets)]
-        self.given = {name: request.highs[name] for name in request.targets if name in request.highs}
+        self.refs = tuple(dict.fromkeys(request.targets))
+        self.given = {ref: request.highs[ref] for ref in self.refs if ref in request.highs}
+        self.targets = [_target_object(view_layer, ref) for ref in self.refs]
         self.highs = {
-            name: [_target_object(view_layer, high) for high in each.names] for name, each in self.given.items()
+            ref: [_target_object(view_layer, high) for high in each.meshes] for ref, each in self.given.items()
         }
-        self.cages = {name: _target_object(view_layer, each.cage) for name, each in self.given.items() if each.cage}
+        self.cages = {ref: _target_object(view_layer, each.cage) for ref, each in self.given.items() if each.cage}
+        self.labels = labels_of(bpy.data.objects, self.refs)
 
     @property
     def surfaces(self) -> list[bpy.types.Object]:
@@ -77,7 +82,10 @@ class _Wanted:
     @property
     def mapped(self) -> set[int]:
         """Addresses of targets whose normal maps are read."""
-        return {obj.as_pointer() for obj in self.targets if self.request.normal_maps and obj.name not in self.highs}
+        if not self.request.normal_maps:
+            return set()
+        own = zip(self.refs, self.targets, strict=True)
+        return {obj.as_pointer() for ref, obj in own if ref not in self.highs}
 
     @property
     def addresses(self) -> set[int]:
@@ -85,18 +93,20 @@ class _Wanted:
         return {obj.as_pointer() for obj in (*self.surfaces, *self.cages.values())}
 
 
-def _target_object(view_layer: bpy.types.ViewLayer, name: str) -> bpy.types.Object:
-    obj: bpy.types.Object | None = synced(view_layer).get(name)
+def _target_object(view_layer: bpy.types.ViewLayer, ref: BlockRef) -> bpy.types.Object:
+    obj: bpy.types.Object | None = find(synced(view_layer), ref)
     if obj is None:
-        place = f"the view layer {view_layer.name}" if name in bpy.data.objects else "the file"
-        raise InputError(f"{name}: no such object in {place}; check the name, or include its collection")
+        place = "the file" if find(bpy.data.objects, ref) is None else f"the view layer {view_layer.name}"
+        raise InputError(f"{ref.label}: no such object in {place}; check the name, or include its collection")
     if obj.type != "MESH":
         kind = obj.type.lower().replace("_", " ")
-        raise InputError(f"{name}: is of type {kind}, which cannot be baked; convert it to a mesh or choose another")
+        raise InputError(
+            f"{ref.label}: is of type {kind}, which cannot be baked; convert it to a mesh or choose another"
+        )
     return obj
 
 
-# Name, address of the evaluated mesh, matrix, the object that it belongs to, what of it lets light through.
+# Label, address of the evaluated mesh, matrix, the label of whom it belongs to, what of it lets light through.
 _Entry = tuple[str, int, Doubles, str, Cutout | None]
 
 
@@ -106,7 +116,7 @@ class _Materials:
     def __init__(self, override: bpy.types.Material | None) -> None:
         pixels = ImagePixels()
         self.opacities, self.normal_maps = MaterialOpacities(override, pixels), MaterialNormalMaps(override, pixels)
-        self.cutouts: dict[tuple[int, tuple[str, ...]], Cutout | None] = {}  # by mesh and materials
+        self.cutouts: dict[tuple[int, ...], Cutout | None] = {}  # by the addresses of mesh and materials
 
 
 @dataclass
@@ -119,7 +129,7 @@ class _Found:
     occluders: list[_Entry] = field(default_factory=list)
     targets: dict[int, _Entry] = field(default_factory=dict)  # by the address of the original object
     normal_maps: dict[int, NormalMap | None] = field(default_factory=dict)  # of those, by the same
-    unread: dict[str, str] = field(default_factory=dict)  # object name: what of it is not traced
+    unread: dict[str, str] = field(default_factory=dict)  # by label: what of it is not traced
 
     @property
     def warnings(self) -> list[str]:
@@ -134,7 +144,7 @@ def _read(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> tuple[Scene, list[
     request, found = wanted.request, _walk(depsgraph, wanted)
     for obj in wanted.surfaces:
         if obj.as_pointer() not in found.targets:
-            raise InputError(_absence(obj))
+            raise InputError(_absence(obj, wanted.labels[obj.session_uid]))
     baked = {found.targets[obj.as_pointer()][1] for obj in wanted.targets}
     chosen = {key: name for name, key, *_ in found.targets.values()}
     meshes = {
@@ -150,36 +160,36 @@ def _read(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> tuple[Scene, list[
 
     targets = [instance_of(obj) for obj in wanted.targets]
     highs = {
-        name: HighPoly(
-            [instance_of(obj) for obj in each], _cage(wanted, name, found, meshes), wanted.given[name].extrusion
+        ref.label: HighPoly(
+            [instance_of(obj) for obj in each], _cage(wanted, ref, found, meshes), wanted.given[ref].extrusion
         )
-        for name, each in wanted.highs.items()
+        for ref, each in wanted.highs.items()
     }
     occluders = [_instance(entry, meshes) for entry in found.occluders if len(meshes[entry[1]].triangles)]
     if request.occluding.ground:
-        standing = [each for name in highs for each in highs[name].meshes] + targets
+        standing = [each for high in highs.values() for each in high.meshes] + targets
         occluders.append(ground_below(standing))
     scene = Scene(targets, occluders, _camera(depsgraph), shared=not request.occluding.alone, highs=highs)
     return scene, found.warnings
 
 
-def _cage(wanted: _Wanted, target: str, found: _Found, meshes: dict[int, Mesh]) -> Instance | None:
+def _cage(wanted: _Wanted, target: BlockRef, found: _Found, meshes: dict[int, Mesh]) -> Instance | None:
     """A cage as it renders; one that does not, as cages often do not, as its mesh is before modifiers."""
     obj = wanted.cages.get(target)
     if obj is None:
         return None
     if obj.as_pointer() in found.targets:
         return _instance(found.targets[obj.as_pointer()], meshes)
-    return Instance(obj.name, read_shape(mesh_of(obj)), matrix_of(obj.matrix_world))
+    return Instance(wanted.labels[obj.session_uid], read_shape(mesh_of(obj)), matrix_of(obj.matrix_world))
 
 
-def _absence(obj: bpy.types.Object) -> str:
+def _absence(obj: bpy.types.Object, label: str) -> str:
     """Why a mesh object of the view layer is not among what renders, and the cure."""
     if obj.is_instancer and not obj.show_instancer_for_render:
-        return f"{obj.name}: an instancer hidden from render; switch on Instancing > Show Instancer > Render"
+        return f"{label}: an instancer hidden from render; switch on Instancing > Show Instancer > Render"
     if obj.hide_render or any(collection.hide_render for collection in obj.users_collection):
-        return f"{obj.name}: hidden from render; enable it and its collections in the Outliner (camera icon)"
-    return f"{obj.name}: no mesh of its own in the render; see its modifiers, and whether its collections are enabled"
+        return f"{label}: hidden from render; enable it and its collections in the Outliner (camera icon)"
+    return f"{label}: no mesh of its own in the render; see its modifiers, and whether its collections are enabled"
 
 
 def _instance(entry: _Entry, meshes: dict[int, Mesh]) -> Instance:
@@ -196,19 +206,20 @@ def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
     for instance in instances:
         obj, data = instance.object, instance.object.data
         owner = instance.parent if instance.is_instance else obj
-        address = owner.original.as_pointer()
-        casts = _casts_shadow(instance) and occluding.counts(owner.name, own=address in targets)
+        address, uid = owner.original.as_pointer(), uid_of(owner)
+        casts = _casts_shadow(instance) and occluding.counts(uid, own=address in targets)
+        label, owner_label = (wanted.labels.get(uid_of(each), each.name) for each in (obj, owner))
         if casts and (what := _not_traced(instance)):
-            found.unread[obj.name] = what
+            found.unread[label] = what
         if not instance.show_self or not isinstance(data, bpy.types.Mesh):
             continue
         key, matrix = data.as_pointer(), matrix_of(instance.matrix_world)
         found.meshes.setdefault(key, data)
-        name = f"{instance.parent.name}/{obj.name}" if instance.is_instance else obj.name
+        name = f"{owner_label}/{label}" if instance.is_instance else label
         if casts:
-            found.occluders.append((name, key, matrix, owner.name, _cutout(obj, data, found)))
+            found.occluders.append((name, key, matrix, owner_label, _cutout(obj, data, found)))
         if not instance.is_instance and address in targets:
-            found.targets[address] = (name, key, matrix, owner.name, None)
+            found.targets[address] = (name, key, matrix, owner_label, None)
             if address in mapped:
                 corners, polygons = corners_of(data), polygons_of(data)
                 found.normal_maps[address] = normal_map_of(
@@ -219,8 +230,8 @@ def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
 
 def _cutout(obj: bpy.types.Object, mesh: bpy.types.Mesh, found: _Found) -> Cutout | None:
     """One for all that share mesh and materials, so that they share a tree."""
-    names = tuple(slot.material.name_full if slot.material else "" for slot in obj.material_slots)
-    materials, key = found.materials, (mesh.as_pointer(), names)
+    slots = [slot.material.as_pointer() if slot.material else 0 for slot in obj.material_slots]
+    materials, key = found.materials, (mesh.as_pointer(), *slots)
     if key not in materials.cutouts:
         covers = [materials.opacities.of(material, found.lines) for material in materials_of(obj)]
         materials.cutouts[key] = None

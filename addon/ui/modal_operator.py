@@ -13,6 +13,7 @@ import bpy
 from ...core.base.errors import Cancelled, InputError
 from ...core.progress import Progress
 from ..job.runner import Runner, Steps, run
+from ..read.block_ref import BlockRef
 from ..typed import Ended, OperatorMixin, window_manager_in
 from .properties import redraw, result_in, show_lines
 from .request import chosen_objects
@@ -31,7 +32,7 @@ class LongOperator(OperatorMixin):
     """Mixed into an operator: `start` gives its steps. `execute` does them at once, `invoke` while the window lives."""
 
     _active: ClassVar[Any] = None
-    states: Any = MappingProxyType({})  # by object: how far each is, where there are several
+    states: Any = MappingProxyType({})  # by object (BlockRef): how far each is, where there are several
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         """The work to do. Raises InputError where it cannot begin."""
@@ -159,7 +160,7 @@ def running() -> Progress | None:
     return LongOperator._active._progress if LongOperator._active is not None else None
 
 
-def queue() -> Mapping[str, str]:
+def queue() -> Mapping[BlockRef, str]:
     """The objects of the running operator, in turn, and how far each is (job/bake_job.py)."""
     active = LongOperator._active
     return dict(active.states) if active is not None else {}

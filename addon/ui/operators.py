@@ -25,14 +25,15 @@ from ..charts.chart_job import CHARTS, SMART, own_active
 from ..charts.rollback import chart_rollback
 from ..compare.steps import compare_here, compare_in_child
 from ..job.bake_job import BakeJob, Deliver, bake_steps, prepared_charts
-from ..job.outcome import Outcome
+from ..job.outcome import BAKING, Outcome
 from ..job.runner import Steps
 from ..output.blender_images import show_picture
 from ..output.color_attributes import store_colours
 from ..output.destination import CHANNEL
 from ..output.material_links import has_linked_images, link_images, unlink_images
 from ..output.result import Result
-from ..typed import Ended, found_in, library_of, mesh_of, view_layer_in
+from ..read.block_ref import BlockRef, find
+from ..typed import Ended, library_of, mesh_of, view_layer_in
 from . import viewport_overlay
 from .image_editor import show_in_editor
 from .modal_operator import LongOperator, running
@@ -56,9 +57,10 @@ class _BakeOperator(LongOperator):
     def preview(self, context: bpy.types.Context, progress: Progress) -> bool:
         """On the object in the 3D view."""
         preview = progress.preview
-        if preview is None or not result_in(context).show:
+        ref = next((ref for ref, state in self.states.items() if state == BAKING), None)
+        if preview is None or ref is None or not result_in(context).show:
             return False
-        obj, values = found_in(view_layer_in(context).objects, preview.target.name), preview.values()
+        obj, values = find(view_layer_in(context).objects, ref), preview.values()
         if obj is None or values is None or values is self._previewed:
             return False
         self._previewed = values
@@ -69,7 +71,8 @@ class _BakeOperator(LongOperator):
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         request, outcome = self.request(context), Outcome()
         job = _second_press(context, request.job)
-        request.destination.check([job.layout.atlas] if job.layout.atlas else job.objects, job.settings)
+        owners = [job.layout.atlas] if job.layout.atlas else [ref.label for ref in job.objects]
+        request.destination.check(owners, job.settings)
         show_lines(context, [])
         self.states = outcome.states
         deliver = self._deliverer(context, request, outcome)
@@ -87,13 +90,11 @@ class _BakeOperator(LongOperator):
 
     def _deliverer(self, context: bpy.types.Context, request: BakeRequest, outcome: Outcome) -> Deliver:
         """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
-        objects = view_layer_in(context).objects
-        chosen = {name: objects[name].session_uid for name in request.job.objects}
 
         def deliver(result: Result) -> None:
-            found = _still_there(result, chosen, outcome)
+            found = _still_there(result, outcome)
             put(context, result, found, request, outcome.charting.layer)
-            for obj, target in found:
+            for _, obj, target in found:
                 viewport_overlay.show(obj, target, result.bakes)
             for baked in result.bakes:
                 add_lines(context, result_lines(baked))
@@ -159,7 +160,7 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         job, outcome = _second_press(context, request_from_panel(context).job), Outcome()
-        kept: list[str] = []
+        kept: list[BlockRef] = []
         uv = job.uv if job.uv == SMART else CHARTS
         show_lines(context, [])
         with chart_rollback(view_layer_in(context), job.objects, kept):
@@ -184,12 +185,14 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         job = request_from_panel(context).job
         active = view_layer_in(context).objects.active
-        name = active.name if active is not None and active.name in job.objects else job.objects[0]
+        ref = next(
+            (each for each in job.objects if active is not None and each.uid == active.session_uid), job.objects[0]
+        )
         show_lines(context, [])
         # A child Blender bakes beside the window; Blender as a module has no program to start.
         compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
         samples = settings_in(context).cycles_samples
-        one = replace(job, objects=(name,))
+        one = replace(job, objects=(ref,))
         with chart_rollback(view_layer_in(context), one.objects, []):
             yield from compared(context, one, samples, progress, self._finish)
 
@@ -281,22 +284,25 @@ def _ask_for_second_press(context: bpy.types.Context, outcome: Outcome) -> None:
     result_in(context).asked = any(isinstance(each, NoUnwrapper) for each in refused)
 
 
-def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> list[tuple[bpy.types.Object, Instance]]:
-    """The objects that were baked, by their session_uid. Of an atlas those that the artist has removed, or whose
-    charts, are refused; raises InputError where none is left."""
+_Found = tuple[BlockRef, bpy.types.Object, Instance]  # an object, as it is, and as it was baked
+
+
+def _still_there(result: Result, outcome: Outcome) -> list[_Found]:
+    """The objects that were baked. Of an atlas those that the artist has removed, or whose charts, are refused; raises
+    InputError where none is left."""
     found = []
-    for target in result.targets:
-        obj = next((each for each in bpy.data.objects if each.session_uid == chosen[target.name]), None)
+    for ref, target in zip(result.objects, result.targets, strict=True):
+        obj = find(bpy.data.objects, ref)
         if obj is None:
-            refusal = InputError(f"{target.name}: removed during the bake; nothing was written for it")
-        elif target.name in outcome.charting.made and outcome.charting.request.layer not in mesh_of(obj).uv_layers:
-            refusal = InputError(f"{target.name}: its UV charts were removed during the bake; bake again")
+            refusal = InputError(f"{ref.label}: removed during the bake; nothing was written for it")
+        elif ref in outcome.charting.made and outcome.charting.request.layer not in mesh_of(obj).uv_layers:
+            refusal = InputError(f"{ref.label}: its UV charts were removed during the bake; bake again")
         else:
-            found.append((obj, target))
+            found.append((ref, obj, target))
             continue
         if len(result.targets) == 1:
             raise refusal
-        outcome.refuse(target.name, refusal)
+        outcome.refuse(ref, refusal)
     if not found:
         raise InputError(f"{result.name}: its objects were removed during the bake; nothing was written")
     return found
@@ -305,21 +311,21 @@ def _still_there(result: Result, chosen: dict[str, int], outcome: Outcome) -> li
 def put(
     context: bpy.types.Context,
     result: Result,
-    found: Sequence[tuple[bpy.types.Object, Instance]],
+    found: Sequence[_Found],
     request: BakeRequest,
     layer: str | None,
 ) -> None:
-    """The maps of a result to where they go. found: the objects, as they are and as they were baked. layer: the UV map
-    that they are for, None for the active one."""
+    """The maps of a result to where they go. found: the objects that are left. layer: the UV map that they are for,
+    None for the active one."""
     job, destination = request.job, request.destination
     if job.layout.corners:
-        store_colours(context, found[0][0], result.target, result.baked)
+        store_colours(context, found[0][1], result.target, result.baked)
         return
     images = destination.deliver(result, job.settings, shown=request.preview)
     channel = destination.channel if destination.kind == CHANNEL else ""
     if not channel:
-        store_request(request, images)
-    for obj, target in found:
+        store_request(request, [ref for ref, _, _ in found], images)
+    for ref, obj, target in found:
         link_images(
             obj,
             images,
@@ -327,7 +333,7 @@ def put(
             preview=request.preview,
             gltf=request.gltf,
             channel=channel,
-            turned=target.normal_map is not None or obj.name in job.highs,
+            turned=target.normal_map is not None or ref in job.highs,
         )
 
 

@@ -129,8 +129,8 @@ def _draw_queue(column: bpy.types.UILayout) -> None:
     first = max(min(done - _LISTED // 2, len(states) - _LISTED), 0)
     column.separator()
     column.label(text=say("{} of {} objects done", done, len(states)), translate=False)
-    for name, state in states[first : first + _LISTED]:
-        column.label(text=name, icon=_STATES[state], translate=False)
+    for ref, state in states[first : first + _LISTED]:
+        column.label(text=ref.label, icon=_STATES[state], translate=False)
 
 
 class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):

@@ -57,7 +57,7 @@ def _row(case: Case) -> dict[str, Any]:
     judged = judge(case)
     right = judged.right if case.twin is None else converged_twin(case, MANY_RAYS)
     name = open_scene(case.build())
-    cycles = bake_ao(bpy.context, name, CyclesSettings(case.size, RAYS, case.distance, THREADS, 0))
+    cycles = bake_ao(bpy.context, bpy.data.objects[name], CyclesSettings(case.size, RAYS, case.distance, THREADS, 0))
     baked = bake_here([name], replace(settings_of(case), goal=Goal(RAYS), maps=(AMBIENT,))).baked
     ours = baked.maps["ao"]
     PICTURES.mkdir(parents=True, exist_ok=True)

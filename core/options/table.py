@@ -69,6 +69,9 @@ _QUALITY_ITEMS = (
 )
 _ERRORS = ", ".join(f"{name} 1/{1 / error:.0f}" for name, error in QUALITIES.items())
 
+# May be given more than once: --objects=-A --objects=-B are objects whose names would be taken for options.
+_NAMES = {"nargs": "+", "action": "extend", "metavar": "NAME", "default": None}
+
 _MAPS = (
     Option(
         "maps",
@@ -215,7 +218,7 @@ _WHO = (
         Flag(
             "--occluders",
             "what blocks light: the scene, self (each object its own alone), or objects and collections (scene)",
-            {"nargs": "+", "default": [SCENE], "metavar": "scene|self|NAME", "choices": None},
+            {**_NAMES, "metavar": "scene|self|NAME", "choices": None},
         ),
         Place("Occluders", "What may block light", "occluders", 1, text="Objects"),
     ),
@@ -257,7 +260,7 @@ _WHO = (
         Flag(
             "--highs",
             "meshes to bake the one object of --objects from",
-            {"nargs": "+", "metavar": "NAME"},
+            _NAMES,
             group="sources",
         ),
     ),
@@ -768,7 +771,7 @@ _OBJECTS = (
     Option(
         "objects",
         Text(),
-        Flag("--objects", "what to bake (all meshes that render)", {"nargs": "+", "metavar": "NAME", "default": None}),
+        Flag("--objects", "what to bake (all meshes that render)", _NAMES),
     ),
 )
 

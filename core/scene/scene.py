@@ -63,8 +63,9 @@ class Mesh:
 
 @dataclass(frozen=True, eq=False)
 class Instance:
-    """A mesh somewhere in the world. matrix: (4, 4) float64, object to world, any affine map. owner: the object that it
-    belongs to, which of what an object instances is that object; the name, where it is empty. cutout: where its
+    """A mesh somewhere in the world. name: what lines and files call it; no two objects of a scene have one, and it is
+    what they are told apart by. matrix: (4, 4) float64, object to world, any affine map. owner: the name of the object
+    that it belongs to, which of what an object instances is that object; its own, where it is empty. cutout: where its
     materials let light through, None where they do not. normal_map: what its materials turn the normals by, None where
     they do not, or nothing needs it."""
 

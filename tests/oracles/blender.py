@@ -8,6 +8,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...addon.read.block_ref import BlockRef, refs_of_words
 from ...addon.read.scene_reader import SceneRequest, read_scene
 from ...addon.typed import Node, Socket, mesh_of, pixels_in, scene_in, view_layer_in
 from ...core.base.arrays import Floats
@@ -81,9 +82,14 @@ def base_colour(of: Any) -> Socket:
     return principled(of).inputs["Base Color"]
 
 
+def refs(*names: str) -> tuple[BlockRef, ...]:
+    """The objects of these names, as the command means them."""
+    return tuple(refs_of_words(bpy.data.objects, names))
+
+
 def read(names: Sequence[str], **request: Any) -> tuple[Scene, list[str]]:
     """These objects as targets, by `read_scene`; request: fields of its SceneRequest."""
-    return read_scene(bpy.context, view_layer_in(bpy.context), SceneRequest(names, **request))
+    return read_scene(bpy.context, view_layer_in(bpy.context), SceneRequest(refs(*names), **request))
 
 
 def set_panel(**values: Any) -> Any:

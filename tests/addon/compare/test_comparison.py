@@ -29,11 +29,11 @@ def compared(name: str, path: Path, samples: int = 64, uv: str | None = None, **
     entries: list[Any] = []
 
     def deliver(result: Any) -> None:
-        what = Compared(result.target, result.baked, chosen, uv=layer_of(uv))
+        what = Compared(bpy.data.objects[name], result.target, result.baked, chosen, uv=layer_of(uv))
         entries.append(compare_with_cycles(bpy.context, what, samples, path))
 
     progress = Progress()
-    run(bake_steps(bpy.context, BakeJob((name,), chosen, uv), progress, Outcome(), deliver), progress)
+    run(bake_steps(bpy.context, BakeJob(blender.refs(name), chosen, uv), progress, Outcome(), deliver), progress)
     return entries[0]
 
 

@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("empty_scene")
 
 def bake(name: str = "Plane", *, uv: str | None = None, **options: Any) -> CyclesBake:
     settings = {"size": (16, 16), "samples": 16, "distance": None, "threads": 2, "seed": 0, **options}
-    return bake_ao(bpy.context, name, CyclesSettings(**settings), uv)
+    return bake_ao(bpy.context, bpy.data.objects[name], CyclesSettings(**settings), uv)
 
 
 def read(name: str) -> Scene:
@@ -223,7 +223,7 @@ def test_from_edit_mode_and_back() -> None:
 
 def failing_cases() -> list[Any]:
     return [
-        ("Nobody", {}, r"^Nobody: no such mesh object in the view layer; .+$"),
+        ("Elsewhere", {}, r"^Elsewhere: no such mesh object in the view layer; .+$"),
         ("Plane", {"uv": "Third"}, r"^Plane: Cycles bakes onto .+ none named Third; .+$"),
         ("Hidden", {}, r"^Hidden: Cycles cannot bake it: .+$"),
         ("Bare", {}, r"^Bare: Cycles cannot bake it: .+$"),
@@ -235,6 +235,7 @@ def test_a_refusal_is_one_line_and_all_comes_back(name: str, options: dict[str, 
     bare = plane("Bare")
     bare.data.uv_layers.remove(bare.data.uv_layers[0])
     plane("Hidden").hide_render = True
+    bpy.data.objects.new("Elsewhere", bare.data)  # in no scene
     slots_case("several")
     before = state()
     with pytest.raises(InputError, match=cause) as caught:

@@ -189,13 +189,13 @@ def test_a_cancelled_atlas_changes_nothing() -> None:
     from occlusion_bake.addon.charts.rollback import chart_rollback
 
     progress, outcome = Progress(), Outcome()
-    job = BakeJob(("One", "Two"), flat_settings(width=32, height=32, rays=1), layout=Layout("Atlas"))
+    job = BakeJob(blender.refs("One", "Two"), flat_settings(width=32, height=32, rays=1), layout=Layout("Atlas"))
     steps = bake_steps(bpy.context, job, progress, outcome, lambda result: pytest.fail("delivered"))
     with chart_rollback(bpy.context.view_layer, job.objects, outcome.finished), pytest.raises(Cancelled):
         task = next(steps)
         while True:
             result = task()
-            if outcome.states.get("One") == "baking":
+            if outcome.states.get(job.objects[0]) == "baking":
                 progress.cancel()
             task = steps.send(result)
     assert outcome.finished == []
@@ -381,8 +381,9 @@ def test_the_state_of_each() -> None:
     blender.plane("Two", uv=[(-5, -5)] * 4, location=(0, 0, 3))
     blender.plane("Three", location=(0, 0, 6))
     progress, outcome, seen = Progress(), Outcome(), []
-    job = BakeJob(("One", "Two", "Three"), flat_settings(width=8, height=8, rays=1))
-    run(bake_steps(bpy.context, job, progress, outcome, lambda result: seen.append(dict(outcome.states))), progress)
-    assert seen[0] == {"One": "baking", "Two": "waiting", "Three": "waiting"}
-    assert seen[1] == {"One": DONE, "Two": REFUSED, "Three": "baking"}
-    assert outcome.states == {"One": DONE, "Two": REFUSED, "Three": DONE}
+    job = BakeJob(blender.refs("One", "Two", "Three"), flat_settings(width=8, height=8, rays=1))
+    steps = bake_steps(bpy.context, job, progress, outcome, lambda _: seen.append(list(outcome.states.values())))
+    run(steps, progress)
+    assert seen[0] == ["baking", "waiting", "waiting"]
+    assert seen[1] == [DONE, REFUSED, "baking"]
+    assert list(outcome.states.values()) == [DONE, REFUSED, DONE]

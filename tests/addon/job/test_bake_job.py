@@ -37,10 +37,15 @@ def uvs(obj: Any) -> dict[str, bytes]:
 def go(*names: str, uv: str | None = None, progress: Progress | None = None, **settings: Any) -> tuple[Outcome, Any]:
     """Bake in this process: the outcome, and the results by name."""
     outcome, results, progress = Outcome(), {}, progress or Progress()
-    job = BakeJob(names, flat_settings(**{"width": 32, "height": 32, "rays": 2, **settings}), uv)
+    job = BakeJob(blender.refs(*names), flat_settings(**{"width": 32, "height": 32, "rays": 2, **settings}), uv)
     steps = bake_steps(bpy.context, job, progress, outcome, lambda result: results.update({result.name: result.baked}))
     run(steps, progress)
     return outcome, results
+
+
+def charted(outcome: Outcome) -> list[str]:
+    """The objects whose meshes were given charts."""
+    return [ref.label for ref in outcome.charting.made]
 
 
 # Who is baked
@@ -61,7 +66,7 @@ def move(obj: Any, *places: Any) -> Any:
 
 
 def seen() -> set[str]:
-    return set(meshes_in_render(bpy.context.view_layer))
+    return {obj.name for obj in meshes_in_render(bpy.context.view_layer)}
 
 
 def test_what_renders_is_baked_and_nothing_else() -> None:
@@ -149,14 +154,14 @@ def test_the_saved_charts_give_the_same_texture(bake: Any, bare: bool) -> None:
 
 def test_charts_are_made_anew_for_another_mesh_or_size() -> None:
     obj = blender.bare_cube()
-    assert go("Bare")[0].charting.made == ["Bare"]
+    assert charted(go("Bare")[0]) == ["Bare"]
     first = uvs(obj)
     assert first.keys() == {CHART_MAP}
-    assert go("Bare")[0].charting.made == [] and uvs(obj) == first
-    assert go("Bare", width=64)[0].charting.made == ["Bare"]
-    assert go("Bare")[0].charting.made == ["Bare"] and uvs(obj) == first
+    assert charted(go("Bare")[0]) == [] and uvs(obj) == first
+    assert charted(go("Bare", width=64)[0]) == ["Bare"]
+    assert charted(go("Bare")[0]) == ["Bare"] and uvs(obj) == first
     obj.data.vertices[0].co.x -= 1.0
-    assert go("Bare")[0].charting.made == ["Bare"]
+    assert charted(go("Bare")[0]) == ["Bare"]
     assert uvs(obj).keys() == {CHART_MAP} and uvs(obj) != first
 
 
@@ -164,9 +169,9 @@ def test_only_meshes_without_a_map_get_charts_unasked() -> None:
     blender.cube("Mapped")
     blender.bare_cube("Bare", location=(5, 0, 0))
     outcome, results = go("Mapped", "Bare")
-    assert outcome.charting.made == ["Bare"] and results.keys() == {"Mapped", "Bare"}
+    assert charted(outcome) == ["Bare"] and results.keys() == {"Mapped", "Bare"}
     assert CHART_MAP not in bpy.data.objects["Mapped"].data.uv_layers
-    assert go("Mapped", "Bare", uv=CHARTS)[0].charting.made == ["Mapped"]
+    assert charted(go("Mapped", "Bare", uv=CHARTS)[0]) == ["Mapped"]
 
 
 def test_objects_that_share_a_mesh_share_its_charts() -> None:
@@ -175,7 +180,7 @@ def test_objects_that_share_a_mesh_share_its_charts() -> None:
     second.location.x = 5.0
     bpy.context.scene.collection.objects.link(second)
     outcome, results = go("First", "Second")
-    assert outcome.charting.made == ["First", "Second"] and len(outcome.notes) == 1
+    assert charted(outcome) == ["First", "Second"] and len(outcome.notes) == 1
     np.testing.assert_array_equal(results["First"].maps["ao"].covered, results["Second"].maps["ao"].covered)
 
 
@@ -211,7 +216,7 @@ def test_results_come_in_order_as_they_are_done() -> None:
     for place, name in enumerate("CAB"):
         blender.plane(name, location=(0, 0, place))
     outcome, results = go("B", "C", "A")
-    assert list(results) == outcome.finished == ["B", "C", "A"]
+    assert list(results) == [ref.label for ref in outcome.finished] == ["B", "C", "A"]
     assert outcome.refused == outcome.notes == []
     assert outcome.baker is not None
 
@@ -225,9 +230,9 @@ def test_one_that_is_refused_on_delivery_does_not_stop_the_others() -> None:
             raise InputError("One: nobody is at home; come again")
 
     progress, outcome = Progress(), Outcome()
-    job = BakeJob(("One", "Two"), flat_settings(width=8, height=8, rays=1))
+    job = BakeJob(blender.refs("One", "Two"), flat_settings(width=8, height=8, rays=1))
     run(bake_steps(bpy.context, job, progress, outcome, deliver), progress)
-    assert outcome.finished == ["Two"]
+    assert [ref.label for ref in outcome.finished] == ["Two"]
     assert outcome.complaint(2) == "1 of 2 objects could not be baked; One: nobody is at home; come again"
 
 
@@ -236,7 +241,7 @@ def test_a_cancelled_bake_delivers_nothing(bare: bool) -> None:
     (blender.bare_cube if bare else blender.cube)("Thing")
     progress, outcome, results = Progress(), Outcome(), []
     progress.cancel()
-    job = BakeJob(("Thing",), flat_settings(width=8, height=8))
+    job = BakeJob(blender.refs("Thing"), flat_settings(width=8, height=8))
     with pytest.raises(Cancelled):
         run(bake_steps(bpy.context, job, progress, outcome, lambda *each: results.append(each)), progress)
     assert results == outcome.finished == []
@@ -247,6 +252,6 @@ def test_progress_never_falls_and_ends_at_one() -> None:
     blender.plane("One")
     blender.plane("Two", location=(0, 0, 3))
     progress, seen = Progress(), []
-    job = BakeJob(("One", "Two"), flat_settings(width=8, height=8, rays=1))
+    job = BakeJob(blender.refs("One", "Two"), flat_settings(width=8, height=8, rays=1))
     run(bake_steps(bpy.context, job, progress, Outcome(), lambda *_: seen.append(progress.fraction)), progress)
     assert seen == [0.5, 1.0] and progress.fraction == 1.0

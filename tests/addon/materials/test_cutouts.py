@@ -146,7 +146,7 @@ def baked() -> np.ndarray:
     layer = bpy.data.objects["Floor"].data.uv_layers[0]
     layer.uv.foreach_set("vector", np.float32([0, 0, 1, 0, 1, 1, 0, 1]))
     settings = CyclesSettings((TEXELS, TEXELS), SAMPLES, None, 2, 0)
-    return 1.0 - bake_ao(bpy.context, "Floor", settings).values
+    return 1.0 - bake_ao(bpy.context, bpy.data.objects["Floor"], settings).values
 
 
 def assert_as_cycles(obj: Any, slack: float = 0.02) -> None:

@@ -182,7 +182,7 @@ def test_an_image_is_baked_again_as_it_was(scene: Any) -> None:
     first = pixels(image).copy()
     scene.seed, scene.use_ground, scene.occluders, scene.rays, scene.width = 8, False, "SCENE", 2, 16
     job = request_from_image(bpy.context.view_layer, image).job
-    assert (job.objects, job.settings.seed, job.settings.image.width) == (("Floor",), 7, 32)
+    assert (job.objects, job.settings.seed, job.settings.image.width) == (blender.refs("Floor"), 7, 32)
     assert job.occluding.alone and job.occluding.ground
     image.pixels.foreach_set(np.zeros(4 * 32 * 32, np.float32))
     with bpy.context.temp_override(edit_image=image):

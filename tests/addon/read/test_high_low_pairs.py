@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.read.high_low_pairs import HighNames, paired_by_name, paired_with  # noqa: E402
+from occlusion_bake.addon.read.high_low_pairs import HighMeshes, paired_by_name, paired_with  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.blender import bake_onto, pixels, set_panel  # noqa: E402
@@ -101,24 +101,21 @@ def test_pairs_by_name(settings: Any) -> None:
     np.testing.assert_array_equal(pixels("Other AO")[::-1, :, 0], 1.0)
 
 
-def names_of(*names: str) -> Any:
-    from types import SimpleNamespace
-
-    return [SimpleNamespace(name=name, type="MESH") for name in names]
-
-
 def test_which_names_are_pairs() -> None:
-    objects = names_of(
-        "a_low", "a_high", "a_high_2", "a_cage", "b_low", "Highlands", "Yellow", "c_high", "low", "HIGH.001"
-    )
-    found = paired_by_name(objects, ["a_high_2", "Highlands", "Yellow", "c_high"], 0.5)
-    assert found.targets == ("Highlands", "Yellow", "c_high", "a_low")
-    assert found.highs == {"a_low": HighNames(("a_high", "a_high_2"), "a_cage", 0.5)}
-    assert found.excluded == {"a_low", "a_cage", "low"}
-    assert paired_by_name(objects, ["low"], None).highs == {"low": HighNames(("HIGH.001",), "", None)}
+    names = ("a_low", "a_high", "a_high_2", "a_cage", "b_low", "Highlands", "Yellow", "c_high", "low", "HIGH.001")
+    for name in names:
+        blender.plane(name)
+    ref = dict(zip(names, blender.refs(*names), strict=True))
+    found = paired_by_name(bpy.data.objects, [ref["a_high_2"], ref["Highlands"], ref["Yellow"], ref["c_high"]], 0.5)
+    assert found.targets == (ref["Highlands"], ref["Yellow"], ref["c_high"], ref["a_low"])
+    assert found.highs == {ref["a_low"]: HighMeshes((ref["a_high"], ref["a_high_2"]), ref["a_cage"], 0.5)}
+    assert found.excluded == {ref[name].uid for name in ("a_low", "a_cage", "low")}
+    low = paired_by_name(bpy.data.objects, [ref["low"]], None)
+    assert low.highs == {ref["low"]: HighMeshes((ref["HIGH.001"],))}
     with pytest.raises(InputError, match="b_low: no mesh named b_high to bake it from"):
-        paired_by_name(objects, ["a_low", "b_low"], None)
-    assert paired_with("x", ["x", "y", "z"], "z", None).highs["x"].names == ("y",)
+        paired_by_name(bpy.data.objects, [ref["a_low"], ref["b_low"]], None)
+    x, y, z = ref["a_low"], ref["a_high"], ref["a_cage"]
+    assert paired_with(x, [x, y, z], z, None).highs[x].meshes == (y,)
 
 
 def test_alone_the_high_meshes_hide_their_own_low_one(settings: Any) -> None:

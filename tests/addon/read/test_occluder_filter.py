@@ -9,7 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.read.occluder_filter import OccluderFilter, arguments_of, named  # noqa: E402
+from occlusion_bake.addon.read.occluder_filter import OccluderFilter, named  # noqa: E402
 from occlusion_bake.core.bake import bake  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.core.scene.ground_plane import NAME as GROUND  # noqa: E402
@@ -82,13 +82,25 @@ def test_a_collection_with_those_in_it() -> None:
     assert occluders("Floor", occluding=named(["Outer"])) == {"Floor", "Roof"}
 
 
-def test_the_commands_words_come_back() -> None:
+def test_words_of_the_command() -> None:
+    """`scene` and `self` are words whatever the file holds; where a name is an object's and a collection's, it is said
+    which."""
     two_floors()
-    for words in (["scene"], ["self"], ["Roof", "Wall"]):
-        assert arguments_of(named(words)) == words
-    assert arguments_of(OccluderFilter(frozenset())) == ["self"]  # nothing but the target is the same as itself alone
-    with pytest.raises(InputError, match="Door: no object or collection"):
-        named(["Door"])
+    blender.plane("scene")
+    roof = bpy.data.collections.new("Roof")
+    roof.objects.link(bpy.data.objects["Wall"])
+    wall, roof, scene = (ref.uid for ref in blender.refs("Wall", "Roof", "scene"))
+    assert named(["scene"]) == OccluderFilter() and named(["self"]) == OccluderFilter(alone=True)
+    assert named(["object:scene", "Wall"]).objects == {scene, wall}
+    assert named(["object:Roof"]).objects == {roof} and named(["collection:Roof"]).objects == {wall}
+    for words, said in (
+        (["Door"], "Door: no object or collection"),
+        (["collection:Wall"], "collection:Wall: no object or collection"),
+        (["Roof"], "Roof: an object and a collection have this name; give object:Roof or collection:Roof"),
+        (["scene", "Wall"], "scene: it stands alone; an object of this name is object:scene"),
+    ):
+        with pytest.raises(InputError, match=said):
+            named(words)
 
 
 def test_a_ground_darkens_sides_by_half_and_what_lies_on_it_wholly() -> None:

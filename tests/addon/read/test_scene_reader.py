@@ -413,7 +413,7 @@ def test_another_view_layer_has_objects_of_its_own() -> None:
     collection.objects.link(bpy.data.objects.new("Extra", data))
     second = bpy.context.scene.view_layers.new("Second")
     bpy.context.view_layer.layer_collection.children["Extra"].exclude = True
-    assert names(read_scene(bpy.context, second, SceneRequest(["Cube"]))[0]) == ["Cube", "Extra", "Other"]
+    assert names(read_scene(bpy.context, second, SceneRequest(blender.refs("Cube")))[0]) == ["Cube", "Extra", "Other"]
     assert names(take("Cube")) == ["Cube", "Other"]
 
 

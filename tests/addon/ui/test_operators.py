@@ -17,6 +17,9 @@ from occlusion_bake.addon.charts.chart_job import CHART_MAP  # noqa: E402
 from occlusion_bake.addon.cli.options import parsed, parser, settings_of  # noqa: E402
 from occlusion_bake.addon.compare.steps import ao_alone, child_values, to_compare  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob  # noqa: E402
+from occlusion_bake.addon.read.high_low_pairs import Pairing  # noqa: E402
+from occlusion_bake.addon.read.occluder_filter import OccluderFilter  # noqa: E402
+from occlusion_bake.addon.read.roles import roles_from_json  # noqa: E402
 from occlusion_bake.addon.ui import translate  # noqa: E402
 from occlusion_bake.addon.ui.panel import OCCLUSION_BAKE_PT_bake  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
@@ -233,14 +236,15 @@ def test_compare_leaves_a_picture_and_lines(scene: Any) -> None:
 def test_the_comparisons_own_blender_bakes_the_same(scene: Any, tmp_path: Path, quality: str, use_filter: bool) -> None:
     scene.quality, scene.use_filter, scene.seed, scene.use_ro = quality, use_filter, 3, True
     scene.use_distance, scene.distance = True, 0.3
+    blender.plane("Floor")
     settings = settings_of_panel(bpy.context.scene.occlusion_bake)
-    job, handed_on = to_compare(BakeJob(("Floor",), settings)), tmp_path / "values.json"
+    job, handed_on = to_compare(BakeJob(blender.refs("Floor"), settings)), tmp_path / "values.json"
     handed_on.write_text(json.dumps(child_values(job, 4, Path("folder"), Path("report.json"))), encoding="utf-8")
     options = parsed(parser("", with_file=False), ["--values", str(handed_on)])
     assert settings_of(options) == job.settings == ao_alone(settings)
-    assert (options.objects, options.occluders, options.uv, options.cycles_samples) == (["Floor"], ["scene"], None, 4)
+    assert (options.uv, options.cycles_samples, options.udim) == (None, 4, "stacked")
     assert (options.folder, options.report) == (Path("folder"), Path("report.json"))
-    assert not options.use_ground and options.udim == "stacked"
+    assert roles_from_json(options.roles) == (Pairing(job.objects), OccluderFilter())
 
 
 # How far a bake goes

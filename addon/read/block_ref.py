@@ -1,0 +1,118 @@
+"""Which object or image: within a session by its session_uid, whatever it is renamed to; in files by name and library.
+
+Names alone do not tell: what is linked from a library may be called as something of the file's own is, and what is
+called so today may be another thing tomorrow.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+from uuid import uuid4
+
+import bpy
+
+from ...core.base.errors import InputError
+from ...core.finish.report import Json
+from ...core.scene.ground_plane import NAME as GROUND
+from ..typed import library_of
+
+_SESSION = uuid4().hex  # whose session_uids ours are: those of another say nothing
+
+_Block = TypeVar("_Block", bound=bpy.types.ID)
+
+
+@dataclass(frozen=True)
+class BlockRef:
+    """uid: its session_uid; 0 where there is none of that name. label: what lines and files call it."""
+
+    uid: int
+    label: str
+
+
+def refs_of(objects: Iterable[bpy.types.Object]) -> list[BlockRef]:
+    """In their order."""
+    labels = labels_of(bpy.data.objects)
+    return [BlockRef(obj.session_uid, labels[obj.session_uid]) for obj in objects]
+
+
+def find(blocks: Iterable[_Block], ref: BlockRef) -> _Block | None:
+    """The one that is meant, None where it is not among these, or no more."""
+    return next((block for block in blocks if block.session_uid == ref.uid), None)
+
+
+def labels_of(every: Iterable[bpy.types.ID], known: Iterable[BlockRef] = ()) -> dict[int, str]:
+    """By session_uid, what all objects, or all collections, of the file are called, no two the same, nor as the ground:
+    their names; where one is linked and another has its name, with its library, as in Blender's lists. known: those
+    that keep the label that they have."""
+    blocks = sorted(every, key=lambda block: library_of(block) is not None)  # the file's own first
+    called = Counter(block.name for block in blocks)
+    labels = {ref.uid: ref.label for ref in known}
+    taken = {GROUND, *labels.values()}
+    for block in blocks:
+        if block.session_uid not in labels:
+            alone = library_of(block) is None or called[block.name] == 1
+            labels[block.session_uid] = label = _free(block.name if alone else block.name_full, taken)
+            taken.add(label)
+    return labels
+
+
+def _free(label: str, taken: set[str]) -> str:
+    """The label, with a number where it is taken: what is called "A [b.blend]" need not be linked."""
+    number, free = 1, label
+    while free in taken:
+        number += 1
+        free = f"{label} ({number})"
+    return free
+
+
+def refs_of_words(
+    every: Iterable[bpy.types.ID], words: Sequence[str], among: Iterable[bpy.types.ID] | None = None
+) -> list[BlockRef]:
+    """What the command means by these names: the file's own first; what is linked by its label, or its name where no
+    other has that. among: which of all may be meant. Raises InputError for a name of several; one that none has gives
+    a reference to nothing."""
+    labels = labels_of(every)
+    meant: dict[str, list[BlockRef]] = {}
+    for block in every if among is None else among:
+        ref = BlockRef(block.session_uid, labels[block.session_uid])
+        for name in {ref.label, block.name, block.name_full}:
+            meant.setdefault(name, []).append(ref)
+    return [_one_of(word, meant.get(word, [])) for word in words]
+
+
+def _one_of(word: str, refs: Sequence[BlockRef]) -> BlockRef:
+    exact = [ref for ref in refs if ref.label == word] or refs
+    if len(exact) > 1:
+        raise InputError(f"{word}: {len(exact)} have this name; give {' or '.join(ref.label for ref in exact)}")
+    return exact[0] if exact else BlockRef(0, word)
+
+
+def stored(uids: Iterable[int]) -> list[Json]:
+    """Objects as they are kept in files; less those that are no more."""
+    objects = {obj.session_uid: obj for obj in bpy.data.objects}
+    there = (objects[uid] for uid in uids if uid in objects)
+    return [{"session": _SESSION, "uid": obj.session_uid, **_place(obj)} for obj in there]
+
+
+def restored(entries: Iterable[Json]) -> list[BlockRef]:
+    """The objects that were `stored`: by their session_uid where that is still known, else, after the file was loaded
+    anew or something took the place of what was removed, by name and library. Those that are no more are references
+    to nothing. Raises KeyError, TypeError for what was not stored so."""
+    labels = labels_of(bpy.data.objects)
+    placed = {tuple(_place(obj).values()): obj.session_uid for obj in bpy.data.objects}
+    refs = []
+    for entry in entries:
+        uid = entry["uid"] if entry["session"] == _SESSION else 0
+        if uid not in labels:
+            uid = placed.get((entry["name"], entry["library"]), 0)
+        refs.append(BlockRef(uid, labels[uid] if uid in labels else entry["name"]))
+    return refs
+
+
+def _place(obj: bpy.types.Object) -> dict[str, str]:
+    """Where it is in a file. Libraries have names of their own there, wherever their files are."""
+    library = library_of(obj)
+    return {"name": obj.name, "library": library.name if library is not None else ""}
