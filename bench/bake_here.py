@@ -16,6 +16,7 @@ from ..addon.job.runner import run
 from ..addon.output.result import Result
 from ..addon.read.block_ref import refs_of
 from ..core.finish.baked import Baked
+from ..core.finish.file_names import clean_name
 from ..core.finish.map_files import Folder
 from ..core.options.values import told_by_images
 from ..core.progress import Progress
@@ -45,7 +46,7 @@ def bake_here(names: Sequence[str], settings: Settings, *, with_files: bool = Fa
 
         def deliver(result: Result) -> None:
             if with_files:
-                folder.write(result.baked, told_by_images(settings), folder.stem(result.name))
+                folder.write(result.baked, told_by_images(settings), clean_name(result.name))
             results.append((result.target, result.baked))
 
         start = time.perf_counter()

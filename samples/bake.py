@@ -21,6 +21,7 @@ from ..addon.job.runner import run
 from ..addon.output.result import Result
 from ..addon.read.block_ref import refs_of
 from ..core.base.errors import InputError
+from ..core.finish.file_names import clean_name
 from ..core.finish.map_files import Folder
 from ..core.finish.report import Json, object_entry, whole_report, write_report
 from ..core.maps.occlusion import AMBIENT, OcclusionMap
@@ -75,7 +76,7 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
     def deliver(result: Result) -> None:
         baked = result.baked
         start = time.perf_counter()
-        stem = folder.stem(baked.name)
+        stem = clean_name(baked.name)
         files = folder.write(baked, told_by_images(settings), stem)
         baked.seconds["write"] = time.perf_counter() - start
         entry = entries[baked.name] = object_entry(baked, files)

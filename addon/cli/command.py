@@ -19,9 +19,9 @@ import bpy
 
 from ...core.base.errors import Cancelled, InputError
 from ...core.charts.udim import FIRST, Udim
-from ...core.finish.baked import Baked
+from ...core.finish.file_names import FileNames, clean_name
 from ...core.finish.image_file import check_channel, write_channel
-from ...core.finish.map_files import Folder, check_file, check_image, clean_name, whole_path, write_coverage
+from ...core.finish.map_files import Folder, check_file, check_image, whole_path, write_coverage
 from ...core.finish.report import (
     Json,
     error_in_words,
@@ -43,7 +43,7 @@ from ..job.runner import run
 from ..output.color_attributes import store_colours
 from ..output.result import Result
 from ..read.blender_state import synced
-from ..read.block_ref import BlockRef, find, refs_of, refs_of_words
+from ..read.block_ref import BlockRef, find, mesh_labels, refs_of, refs_of_words
 from ..read.high_low_pairs import Pairing, paired_by_name, paired_with
 from ..read.occluder_filter import SCENE, OccluderFilter, named
 from ..read.roles import roles_from_json
@@ -213,15 +213,17 @@ class _Writer:
         self._clock = outcome.clock
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
         self._context, self._options, self._chosen, self._settings = context, options, chosen, chosen.settings
-        self._said: set[str] = set()
         self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.layout.atlas
+        self._names = FileNames(options.folder, mesh_labels())
 
     def deliver(self, result: Result) -> None:
-        stem = self._folder.stem(result.name) if self._folder else clean_name(result.name)
-        entries = [self._write(result, baked, stem) for baked in result.bakes]
+        stem = self._names.of(result.name)
+        entry = self._write(result, stem)
         if len(result.targets) > 1:
-            entries[0]["objects"] = [target.name for target in result.targets]
-        self.entries += entries
+            entry["objects"] = [target.name for target in result.targets]
+        self.entries.append(entry)
+        if not result.is_first:
+            return
         if result.objects[0] in self._chosen.highs and self._options.cycles_samples:
             self.uncompared.append(
                 f"{result.name}: Cycles is compared with on an object's own surface; leave out its highs"
@@ -231,24 +233,23 @@ class _Writer:
                 f"{result.name}: it has no texel in tile {FIRST}, which alone is compared; move its UVs"
             )
         elif self._options.cycles_samples:
-            self._compare(result, stem, entries[0])
+            self._compare(result, stem, entry)
 
-    def _write(self, result: Result, baked: Baked, stem: str) -> Json:
-        start = time.perf_counter()
-        files = self._put(result, baked, stem)
+    def _write(self, result: Result, stem: str) -> Json:
+        baked, start = result.baked, time.perf_counter()
+        files = self._put(result, stem)
         if self._options.coverage:
             files["coverage"] = write_coverage(self._options.coverage, baked, stem, several=self._several)
         baked.seconds["write"] = time.perf_counter() - start
         entry = object_entry(baked, files)
         for line in baked.warnings:
-            if line not in self._said:  # of each tile of a UDIM layout
-                _say(f"{NAME}: {line}")
-            self._said.add(line)
+            _say(f"{NAME}: {line}")
         _say(_summary(entry))
         return entry
 
-    def _put(self, result: Result, baked: Baked, stem: str) -> dict[str, Path]:
+    def _put(self, result: Result, stem: str) -> dict[str, Path]:
         """The maps to where they go; returns the files."""
+        baked = result.baked
         if self._folder is not None:
             return self._folder.write(baked, told_by_images(self._settings), stem)
         if self._options.into is None:

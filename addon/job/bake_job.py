@@ -113,20 +113,19 @@ def _bake_all(refs: Sequence[BlockRef], job: BakeJob, progress: Progress, outcom
     for ref, target in given.items():
         outcome.states[ref] = BAKING
         try:
-            result = yield from _bake_one(ref, target, tiles[ref], job, outcome)
             if job.layout.atlas:
-                atlas.add(result.baked)
-                in_atlas[ref] = result.target
+                yield from _bake_one(ref, target, tiles[ref], job, outcome, lambda result: atlas.add(result.baked))
+                in_atlas[ref] = target
                 outcome.states[ref] = DONE
                 continue
-            deliver(result)
+            yield from _bake_one(ref, target, tiles[ref], job, outcome, deliver)
         except InputError as refusal:
             outcome.refuse(ref, refusal)
         else:
             outcome.finish(ref)
     if in_atlas:
         whole: Baked = yield partial(atlas.finish, job.settings.image.margin)
-        deliver(Result(job.layout.atlas, tuple(in_atlas), tuple(in_atlas.values()), (whole,)))
+        deliver(Result(job.layout.atlas, tuple(in_atlas), tuple(in_atlas.values()), whole))
         for ref in in_atlas:
             if outcome.states[ref] != REFUSED:
                 outcome.finish(ref)
@@ -149,18 +148,21 @@ def prepared_charts(
     return refs
 
 
-def _bake_one(
-    ref: BlockRef, target: Instance, tiles: UvTiles, job: BakeJob, outcome: Outcome
-) -> Generator[Callable[[], Any], Any, Result]:
+def _bake_one(ref: BlockRef, target: Instance, tiles: UvTiles, job: BakeJob, outcome: Outcome, take: Deliver) -> Steps:
+    """take: gets the result, of a UDIM layout that of each tile before the next is baked."""
     assert outcome.baker is not None
     size = corner_image(len(target.mesh.triangles)) if job.layout.corners else None
-    bakes = []
+    told: set[str] = set()
     for tile in tiles.numbers or (None,):
         baked: Baked = yield partial(outcome.baker.bake, target, tile, size)
-        bakes.append(baked)
-    bakes[0].warnings += tiles.warnings(target.name)
-    _share_times(outcome, bakes[0], alone=len(outcome.baker.scene.targets) == 1)
-    return Result(ref.label, (ref,), (target,), tuple(bakes))
+        result = Result(ref.label, (ref,), (target,), baked, tiles.numbers)
+        if result.is_first:
+            baked.warnings += tiles.warnings(target.name)
+            _share_times(outcome, baked, alone=len(outcome.baker.scene.targets) == 1)
+        baked.warnings = [line for line in baked.warnings if line not in told]  # those on the mesh are of each tile
+        told.update(baked.warnings)
+        take(result)
+        del baked, result  # or it would be held while the next is baked
 
 
 def _by_corners(

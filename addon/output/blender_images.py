@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Literal
 
@@ -44,22 +45,45 @@ def _store(owner: str, name: str, values: Floats) -> bpy.types.Image:
     return image
 
 
-def store_tiles(bakes: Sequence[Baked], settings: Settings) -> dict[str, bpy.types.Image]:
-    """Put every map of a UDIM layout into a tiled image, as `store` does. Blender writes the pixels of the first tile
-    alone, so all go through files."""
-    owner, images = bakes[0].name, {}
+@contextmanager
+def tile_files() -> Iterator[TileFiles]:
+    """A place for them, which is gone afterwards."""
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
-        for name in bakes[0].maps:
-            told = [image_metadata(baked, name, told_by_images(settings)) for baked in bakes]
-            tiles = [dict(pictures(name, baked.maps[name])) for baked in bakes]
-            for part in tiles[0]:
-                paths = [Path(folder, f"{part}.{baked.tile}.exr") for baked in bakes]
-                for baked, parts, metadata, path in zip(bakes, tiles, told, paths, strict=True):
-                    coverage = baked.maps[name].coverage
-                    write_image(path, parts[part], depth=32, coverage=coverage, metadata=metadata)
-                images[part] = _loaded(owner, part, paths[0], bakes[0].tile)
-                images[part].pack()
-    return images
+        yield TileFiles(Path(folder))
+
+
+class TileFiles:
+    """The tiles of a UDIM layout on their way into packed images, one layout after the other. Blender writes the pixels
+    of the first tile alone, so all go through files; no more than one tile is in memory, and images change when all are
+    there."""
+
+    def __init__(self, folder: Path) -> None:
+        """folder: empty, for this alone."""
+        self._folder = folder
+        self._last: dict[str, tuple[Path, int]] = {}  # by picture: its newest file, and the tile
+
+    def begin(self) -> None:
+        """A new layout: of one that was not brought to an end nothing may stay, for Blender takes what it finds."""
+        for file in self._folder.iterdir():
+            file.unlink()
+        self._last.clear()
+
+    def add(self, baked: Baked, settings: Settings) -> None:
+        """The next tile."""
+        assert baked.tile is not None
+        for name, each in baked.maps.items():
+            told = image_metadata(baked, name, told_by_images(settings))
+            for part, values in pictures(name, each):
+                path = self._folder / f"{part}.{baked.tile}.exr"
+                write_image(path, values, depth=32, coverage=each.coverage, metadata=told)
+                self._last[part] = path, baked.tile
+
+    def stored(self, owner: str) -> dict[str, bpy.types.Image]:
+        """Every map as a tiled image, as `store` does."""
+        images = {part: _loaded(owner, part, path, tile) for part, (path, tile) in self._last.items()}
+        for image in images.values():
+            image.pack()
+        return images
 
 
 def store_file(owner: str, name: str, path: Path, tile: int | None = None) -> bpy.types.Image:

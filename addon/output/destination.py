@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -11,15 +12,15 @@ from typing import Any
 import bpy
 
 from ...core.base.errors import InputError
-from ...core.finish.baked import Baked
+from ...core.finish.file_names import FileNames, clean_name
 from ...core.finish.image_file import check_format, suffix
-from ...core.finish.map_files import check_file, clean_name, tile_suffix, whole_path, write_map
+from ...core.finish.map_files import check_file, tile_suffix, whole_path, write_map
 from ...core.options import table
 from ...core.options.values import told_by_images
 from ...core.settings import Settings, check_files
-from ..read.block_ref import BlockRef, find
+from ..read.block_ref import BlockRef, find, mesh_labels
 from ..typed import space_of
-from .blender_images import store, store_channel, store_file, store_tiles
+from .blender_images import TileFiles, store, store_channel, store_file
 from .result import Result
 from .ro_nodes import CODE
 
@@ -50,9 +51,12 @@ class Destination:
         if self.kind == CHANNEL:
             self._check_channel(objects, settings)
 
-    def deliver(self, result: Result, settings: Settings, *, shown: bool = False) -> dict[str, bpy.types.Image]:
-        """Put every map where it goes; returns the images by map. shown: in materials, whose nodes cannot read a code's
-        files, so that the one that they are made for is packed, too. Raises InputError, what was there untouched."""
+    def deliver(
+        self, result: Result, settings: Settings, tiles: TileFiles, *, shown: bool = False
+    ) -> dict[str, bpy.types.Image]:
+        """Put every map where it goes; returns the images by map, of a UDIM layout with its last tile. tiles: keeps
+        what is packed until then. shown: in materials, whose nodes cannot read a code's files, so that the one that
+        they are made for is packed, too. Raises InputError, what was there untouched."""
         baked = result.baked
         if self.kind == CHANNEL:
             assert self.image is not None  # it has been checked
@@ -66,51 +70,71 @@ class Destination:
                 )
             return {name: store_channel(image, self.channel, each, self.dither) for name, each in baked.maps.items()}
         if self.kind == SAVED:
-            images = {name: self._save(result, name, settings) for name in baked.maps}
-            return images | (_stored(result.bakes, settings, [CODE]) if shown and CODE in baked.maps else {})
-        return _stored(result.bakes, settings, baked.maps)
+            images = self._save(result, settings)
+            return images | (_stored(result, settings, tiles, [CODE]) if shown and CODE in baked.maps else {})
+        return _stored(result, settings, tiles, baked.maps)
 
-    def _save(self, result: Result, name: str, settings: Settings) -> bpy.types.Image:
-        first: list[Path] = []  # of several files of a code the first stands for all
-        for baked in result.bakes:
+    def _save(self, result: Result, settings: Settings) -> dict[str, bpy.types.Image]:
+        baked, dither, images = result.baked, self.dither and self.depth == 8, {}
+        for name in baked.maps:
             path = self.file(result.name, name, settings, baked.tile)
             path.parent.mkdir(parents=True, exist_ok=True)
-            dither = self.dither and self.depth == 8
-            first.append(write_map(path, baked, name, told_by_images(settings), depth=self.depth, dither=dither)[0])
-        return store_file(result.name, name, first[0], result.baked.tile)
+            # Of several files of a code the first stands for all.
+            first, *_ = write_map(path, baked, name, told_by_images(settings), depth=self.depth, dither=dither)
+            if result.is_last:
+                images[name] = store_file(result.name, name, first, baked.tile)
+        return images
 
     def file(self, owner: str, name: str, settings: Settings, tile: int | None = None) -> Path:
         """The file of an object's map, or of a tile of it. Raises InputError for a template that cannot be filled."""
-        scene_file = bpy.data.filepath
+        scene_file, ending = bpy.data.filepath, suffix(self.format)
+        template = self.path[: -len(ending)] if self.path.lower().endswith(ending) else self.path
+        if not template.strip():
+            raise InputError("Path: it is empty; give one, as //textures/{object}_{map}")
         known = {
-            "object": clean_name(owner),
+            "object": self._names.of(owner),
             "map": name,
             "width": settings.image.width,
             "height": settings.image.height,
             "file": clean_name(Path(scene_file).stem) if scene_file else "untitled",
         }
         try:
-            text = self.path.format(**known)
+            text = template.format(**known)
         except (LookupError, ValueError, AttributeError):
             words = ", ".join(f"{{{word}}}" for word in known)
             raise InputError(f"Path {self.path}: only {words} can stand in it") from None
-        if not text.strip():
-            raise InputError("Path: it is empty; give one, as //textures/{object}_{map}")
-        ending = suffix(self.format)
-        path = whole_path(Path(text), scene_file)
-        stem = path.with_suffix("") if path.suffix.lower() == ending else path
-        return stem.with_name(f"{stem.name}{tile_suffix(tile)}{ending}")
+        path = self._placed(text)
+        return path.with_name(f"{path.name}{tile_suffix(tile)}{ending}")
+
+    @cached_property
+    def _names(self) -> FileNames:
+        """As the objects were called when they were asked for first: some may be renamed during the bake."""
+        folder = next(place for place in self._placed(self.path).parents if "{" not in str(place))
+        return FileNames(folder, mesh_labels())
+
+    def _placed(self, text: str) -> Path:
+        """The whole path; what is relative lies below the .blend file's folder, for Blender's own may be any. An object
+        whose name begins with ~ is no one's home."""
+        if not self.path.startswith(("~", "//")) and not Path(text).is_absolute():
+            if not bpy.data.filepath:
+                raise InputError(
+                    f"Path {self.path}: it begins in the folder of the .blend file, which is not saved; save that or "
+                    "give a full path"
+                )
+            text = f"//{text}"
+        return whole_path(Path(text), bpy.data.filepath)
 
     def _check_paths(self, objects: Sequence[str], settings: Settings) -> None:
-        taken: dict[Path, str] = {}
+        taken: dict[str, str] = {}
         for owner, name in product(objects, [each.name for each in settings.maps]):
             path = self.file(owner, name, settings)
-            if path in taken:
+            same = self._names.same(str(path))
+            if same in taken:
                 raise InputError(
-                    f"Path {self.path}: {taken[path]} and {owner} {name} would be one file; put {{object}} "
+                    f"Path {self.path}: {taken[same]} and {owner} {name} would be one file; put {{object}} "
                     "and {map} into it"
                 )
-            taken[path] = f"{owner} {name}"
+            taken[same] = f"{owner} {name}"
             check_file(path)
 
     def _check_channel(self, objects: Sequence[str], settings: Settings) -> None:
@@ -133,7 +157,12 @@ class Destination:
             raise InputError(f"{image.name}: it has no alpha; choose another channel")
 
 
-def _stored(bakes: Sequence[Baked], settings: Settings, names: Iterable[str]) -> dict[str, bpy.types.Image]:
-    """These maps of an object, or of its tiles, as packed images."""
-    parts = [replace(baked, maps={name: baked.maps[name] for name in names}) for baked in bakes]
-    return store_tiles(parts, settings) if parts[0].tile is not None else store(parts[0])
+def _stored(result: Result, settings: Settings, tiles: TileFiles, names: Iterable[str]) -> dict[str, bpy.types.Image]:
+    """These maps of an object as packed images; of a UDIM layout none before the last tile."""
+    part = replace(result.baked, maps={name: result.baked.maps[name] for name in names})
+    if part.tile is None:
+        return store(part)
+    if result.is_first:
+        tiles.begin()
+    tiles.add(part, settings)
+    return tiles.stored(result.name) if result.is_last else {}

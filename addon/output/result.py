@@ -11,13 +11,15 @@ from ..read.block_ref import BlockRef
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """name: its object's, or the atlas'. objects: those in it; targets: the same, as they were baked. bakes: one, or
-    one a tile of a UDIM layout."""
+    """name: its object's, or the atlas'. objects: those in it; targets: the same, as they were baked. tiles: the
+    numbers of a UDIM layout, of which each comes as a result of its own, in order, so that one at a time is held; none
+    where there is no layout."""
 
     name: str
     objects: tuple[BlockRef, ...]
     targets: tuple[Instance, ...]
-    bakes: tuple[Baked, ...]
+    baked: Baked
+    tiles: tuple[int, ...] = ()
 
     @property
     def target(self) -> Instance:
@@ -25,11 +27,11 @@ class Result:
         return self.targets[0]
 
     @property
-    def baked(self) -> Baked:
-        """The bake; the first of a UDIM layout."""
-        return self.bakes[0]
+    def is_first(self) -> bool:
+        """Of its tiles; also where there are none."""
+        return not self.tiles or self.baked.tile == self.tiles[0]
 
     @property
-    def warnings(self) -> list[str]:
-        """Of all bakes, each line once."""
-        return list(dict.fromkeys(line for baked in self.bakes for line in baked.warnings))
+    def is_last(self) -> bool:
+        """Of its tiles; also where there are none."""
+        return not self.tiles or self.baked.tile == self.tiles[-1]

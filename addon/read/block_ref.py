@@ -38,6 +38,11 @@ def refs_of(objects: Iterable[bpy.types.Object]) -> list[BlockRef]:
     return [BlockRef(obj.session_uid, labels[obj.session_uid]) for obj in objects]
 
 
+def mesh_labels() -> list[str]:
+    """Of all meshes of the file."""
+    return [ref.label for ref in refs_of(obj for obj in bpy.data.objects if obj.type == "MESH")]
+
+
 def find(blocks: Iterable[_Block], ref: BlockRef) -> _Block | None:
     """The one that is meant, None where it is not among these, or no more."""
     return next((block for block in blocks if block.session_uid == ref.uid), None)

@@ -27,7 +27,7 @@ from ..compare.steps import compare_here, compare_in_child
 from ..job.bake_job import BakeJob, Deliver, bake_steps, prepared_charts
 from ..job.outcome import BAKING, Outcome
 from ..job.runner import Steps
-from ..output.blender_images import show_picture
+from ..output.blender_images import TileFiles, show_picture, tile_files
 from ..output.color_attributes import store_colours
 from ..output.destination import CHANNEL
 from ..output.material_links import has_linked_images, link_images, unlink_images
@@ -75,8 +75,8 @@ class _BakeOperator(LongOperator):
         request.destination.check(owners, job.settings)
         show_lines(context, [])
         self.states = outcome.states
-        deliver = self._deliverer(context, request, outcome)
-        with chart_rollback(view_layer_in(context), job.objects, outcome.finished):
+        with tile_files() as tiles, chart_rollback(view_layer_in(context), job.objects, outcome.finished):
+            deliver = self._deliverer(context, request, outcome, tiles)
             try:
                 yield from bake_steps(context, job, progress, outcome, deliver)
             except Cancelled:
@@ -88,19 +88,19 @@ class _BakeOperator(LongOperator):
                 redraw(context, "VIEW_3D", every_region=True)
         self._conclude(context, job, outcome)
 
-    def _deliverer(self, context: bpy.types.Context, request: BakeRequest, outcome: Outcome) -> Deliver:
+    def _deliverer(
+        self, context: bpy.types.Context, request: BakeRequest, outcome: Outcome, tiles: TileFiles
+    ) -> Deliver:
         """Takes each result into its image; the artist may have renamed or removed the object in the meantime."""
 
         def deliver(result: Result) -> None:
-            found = _still_there(result, outcome)
-            put(context, result, found, request, outcome.charting.layer)
+            found, baked = _still_there(result, outcome), result.baked
+            put(context, result, found, request, outcome.charting.layer, tiles)
             for _, obj, target in found:
-                viewport_overlay.show(obj, target, result.bakes)
-            for baked in result.bakes:
-                add_lines(context, result_lines(baked))
-                result_in(context).overlapping |= baked.surface.overlapped > 0
-            add_lines(context, result.warnings)
-            for line in result.warnings:
+                viewport_overlay.show(obj, target, baked, anew=result.is_first)
+            result_in(context).overlapping |= baked.surface.overlapped > 0
+            add_lines(context, [*result_lines(baked), *baked.warnings])
+            for line in baked.warnings:
                 self.report({"WARNING"}, line)
 
         return deliver
@@ -294,7 +294,8 @@ def _still_there(result: Result, outcome: Outcome) -> list[_Found]:
     for ref, target in zip(result.objects, result.targets, strict=True):
         obj = find(bpy.data.objects, ref)
         if obj is None:
-            refusal = InputError(f"{ref.label}: removed during the bake; nothing was written for it")
+            left = "nothing was written for it" if result.is_first else "its last tiles are not baked"
+            refusal = InputError(f"{ref.label}: removed during the bake; {left}")
         elif ref in outcome.charting.made and outcome.charting.request.layer not in mesh_of(obj).uv_layers:
             refusal = InputError(f"{ref.label}: its UV charts were removed during the bake; bake again")
         else:
@@ -314,14 +315,15 @@ def put(
     found: Sequence[_Found],
     request: BakeRequest,
     layer: str | None,
+    tiles: TileFiles,
 ) -> None:
     """The maps of a result to where they go. found: the objects that are left. layer: the UV map that they are for,
-    None for the active one."""
+    None for the active one. tiles: keeps those of a UDIM layout until all are there."""
     job, destination = request.job, request.destination
     if job.layout.corners:
         store_colours(context, found[0][1], result.target, result.baked)
         return
-    images = destination.deliver(result, job.settings, shown=request.preview)
+    images = destination.deliver(result, job.settings, tiles, shown=request.preview)
     channel = destination.channel if destination.kind == CHANNEL else ""
     if not channel:
         store_request(request, [ref for ref, _, _ in found], images)

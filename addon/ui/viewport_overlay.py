@@ -7,7 +7,7 @@ arrays wait. What is shown belongs to the window alone, and is nowhere in the fi
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -143,19 +143,16 @@ def _mark(obj: bpy.types.Object) -> str:
     return f"{len(mesh.polygons)} {len(obj.modifiers)} {hashlib.blake2b(places.tobytes()).hexdigest()}"
 
 
-def show(obj: bpy.types.Object, target: Instance, bakes: Sequence[Baked]) -> None:
-    """Show the first grey map of a finished bake on an object, every tile of it, in the place of an earlier one."""
-    if bpy.app.background or len(target.mesh.triangles) > MOST_TRIANGLES:
+def show(obj: bpy.types.Object, target: Instance, baked: Baked, *, anew: bool) -> None:
+    """Show the first grey map of a finished bake on an object. anew: in the place of an earlier bake; else it is a
+    further tile."""
+    grey = next((each.values for each in baked.maps.values() if each.is_grey), None)
+    if bpy.app.background or len(target.mesh.triangles) > MOST_TRIANGLES or grey is None:
         return
-    pieces = [(part_in_tile(target, baked.tile), values) for baked in bakes for values in _greys(baked)[:1]]
-    if not pieces:
-        return
-    _overlay.finished[obj.session_uid] = [_Shown(part, values, _mark(obj)) for part, values in pieces]
+    before = [] if anew else _overlay.finished.get(obj.session_uid, [])
+    shown = _Shown(part_in_tile(target, baked.tile), grey, _mark(obj))
+    _overlay.finished[obj.session_uid] = [*before, shown]
     _overlay.start()
-
-
-def _greys(baked: Baked) -> list[Floats]:
-    return [each.values for each in baked.maps.values() if each.is_grey]
 
 
 def show_making(uid: int, target: Instance, values: Floats) -> None:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
-import unicodedata
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,37 +14,25 @@ from .image_file import SUFFIXES, check_format, suffix, write_image
 from .map_images import write_code
 from .report import image_metadata
 
-_LONGEST_STEM = 180  # bytes; file systems take 255 for the whole name
-
 
 @dataclass
 class Folder:
-    """A folder for one run's images. Two objects never get one name. Raises InputError before anything is baked where
-    the folder cannot be written or the format does not have the depth."""
+    """A folder for one run's images. Raises InputError, before anything is baked, where it cannot be written or the
+    format does not have the depth."""
 
     path: Path
     format: str = "png"
     depth: int = 16
     dither: bool = False
-    _taken: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         check_format(self.format, self.depth)
         check_writable(self.path)
         self.path = self.path.resolve()
 
-    def stem(self, name: str) -> str:
-        """A file name for an object: what file systems refuse becomes _, a name that is taken gets a number."""
-        clean = clean_name(name)
-        stem, number = clean, 1
-        while _same_file(stem) in self._taken:
-            number += 1
-            stem = f"{clean}_{number}"
-        self._taken.add(_same_file(stem))
-        return stem
-
     def write(self, baked: Baked, asked: Metadata, stem: str) -> dict[str, Path]:
-        """Write every map of an object; returns the paths by map. asked: what was, for their description.
+        """Write every map of an object; returns the paths by map. asked: what was, for their description. stem: the
+        object's file name (FileNames).
 
         Raises InputError, the old file untouched."""
         files: dict[str, Path] = {}
@@ -73,23 +59,18 @@ def tile_suffix(tile: int | None) -> str:
     return "" if tile is None else f".{tile}"
 
 
-def clean_name(name: str) -> str:
-    """A name without what file systems refuse."""
-    safe = re.sub(r'[\x00-\x1f\x7f<>:"/\\|?*]', "_", name)
-    return safe.encode()[:_LONGEST_STEM].decode(errors="ignore").strip(" .") or "object"
-
-
-def _same_file(stem: str) -> str:
-    """Equal for names that some file system takes for one: it may overlook case and how accents are put together."""
-    return unicodedata.normalize("NFC", stem.casefold())
-
-
 def whole_path(path: Path, scene_file: str | Path) -> Path:
-    """The absolute path; `//` at its beginning is the folder of the scene's file, as everywhere in Blender.
+    """The absolute path; at its beginning `//` is the folder of the scene's file, as everywhere in Blender, and `~` the
+    user's own, as everywhere else.
 
-    scene_file: empty where the scene was never saved; then `//` raises InputError.
+    scene_file: empty where the scene was never saved; then `//` raises InputError, as does `~` where there is none.
     """
     text = path.as_posix()
+    if text.startswith("~"):
+        try:
+            path = path.expanduser()
+        except RuntimeError:
+            raise InputError(f"{text}: there is no such user here; give a full path") from None
     if not text.startswith("//"):
         return path.resolve()
     if not str(scene_file):

@@ -620,7 +620,7 @@ _WHERE = (
         place=Place(
             "Path",
             "Of the image files: {object}, {map}, {width}, {height} and {file} stand for names and sizes, // for the "
-            "folder of the .blend file",
+            "folder of the .blend file, ~ for your own",
             "output",
             4,
             shown=_is("output", SAVED),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +19,9 @@ from occlusion_bake.addon.charts.chart_job import ATLAS_MAP, CHART_MAP  # noqa: 
 from occlusion_bake.addon.job.bake_job import BakeJob, Layout, bake_steps  # noqa: E402
 from occlusion_bake.addon.job.outcome import DONE, REFUSED, Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
-from occlusion_bake.core.base.errors import Cancelled  # noqa: E402
+from occlusion_bake.addon.output.result import Result  # noqa: E402
+from occlusion_bake.core.bake import Baker  # noqa: E402
+from occlusion_bake.core.base.errors import Cancelled, InputError  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.core.texels.rasterize import rasterize  # noqa: E402
@@ -256,6 +260,54 @@ def test_tiles_are_saved_by_their_numbers(tmp_path: Path, settings: Any) -> None
     assert image.source == "TILED" and [tile.number for tile in image.tiles] == [1001, 1003]
     assert bake_onto("Tiled") == {"FINISHED"}
     assert len([each for each in bpy.data.images if each.name.startswith("Tiled")]) == 1
+
+
+def test_a_tile_is_delivered_before_the_next_is_baked_and_let_go() -> None:
+    """26 bytes a texel of every tile would be held; what concerns the mesh is said once."""
+    bent = spread().data
+    bent.vertices.add(3)  # in one place
+    bent.loops.add(3)
+    bent.polygons.add(1)
+    bent.polygons[-1].loop_start = 8
+    bent.loops.foreach_set("vertex_index", [*range(8), 8, 9, 10])
+    bent.update()
+    held: list[Any] = []
+    told: list[list[str]] = []
+
+    def deliver(result: Result) -> None:
+        gc.collect()
+        assert [each() for each in held] == [None] * len(held)
+        held.append(weakref.ref(result.baked))
+        told.append(result.baked.warnings)
+        assert (result.is_first, result.is_last) == (len(held) == 1, len(held) == 2)
+        assert result.baked.tile == result.tiles[len(held) - 1]
+
+    progress = Progress()
+    job = BakeJob(blender.refs("Tiled"), flat_settings(width=16, height=16, rays=4))
+    run(bake_steps(bpy.context, job, progress, Outcome(), deliver), progress)
+    assert len(held) == 2
+    assert [len([line for line in lines if "zero area" in line]) for lines in told] == [1, 0]
+
+
+def test_a_bake_that_ends_between_tiles_leaves_images_as_they_were(settings: Any, monkeypatch: Any) -> None:
+    """And the next object's takes no tile of it."""
+    spread()
+    settings(seed=0)
+    assert bake_onto("Tiled") == {"FINISHED"}
+    before = blender.pixels("Tiled AO").copy()
+    bake = Baker.bake
+
+    def stop(self: Baker, target: Any, tile: int | None = None, *rest: Any) -> Any:
+        if target.name == "Tiled" and tile == 1003:
+            raise InputError("Tiled: stopped")
+        return bake(self, target, tile, *rest)
+
+    monkeypatch.setattr(Baker, "bake", stop)
+    blender.plane("Zebra", [(1, 0), (2, 0), (2, 1), (1, 1)])
+    settings(seed=1)
+    assert bake_onto("Tiled", "Zebra") == {"FINISHED"}
+    np.testing.assert_array_equal(blender.pixels("Tiled AO"), before)
+    assert [tile.number for tile in bpy.data.images["Zebra AO"].tiles] == [1002]
 
 
 def test_the_command_writes_a_file_a_tile(bake: Any) -> None:

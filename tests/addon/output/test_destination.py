@@ -121,6 +121,54 @@ def test_a_depth_that_a_format_has_not(scene: Any, tmp_path: Path) -> None:
         press()
 
 
+@pytest.mark.parametrize(
+    ("names", "stems"),
+    [
+        (("Wall/left", "Wall_left"), ("Wall_left_2", "Wall_left")),
+        (("A:B", "A*B", "A?B"), ("A_B_2", "A_B", "A_B_3")),
+        (("Tree.", " Tree"), ("Tree_2", "Tree")),
+        (("Part.1001", "nul"), ("Part_1001", "_nul")),  # as no tile, and no device
+    ],
+)
+def test_each_object_has_files_of_its_own(
+    scene: Any, tmp_path: Path, names: tuple[str, ...], stems: tuple[str, ...]
+) -> None:
+    """Whether they are baked together or one by one."""
+    scene.output, scene.path = "SAVED", f"{tmp_path}/{{map}}/{{object}}.PNG"
+    objects = [blender.plane(name, location=(5 * i, 9, 0)) for i, name in enumerate(names)]
+    for chosen in (objects, *[[obj] for obj in objects]):
+        select(*chosen)
+        assert press() == {"FINISHED"}
+    assert {path.name for path in (tmp_path / "ao").iterdir()} == {f"{stem}.png" for stem in stems}
+    for name, stem in zip(names, stems, strict=True):
+        assert read_image(tmp_path / "ao" / f"{stem}.png")[1]["object"] == name
+        assert Path(bpy.data.images[f"{name} AO"].filepath).stem == stem
+
+
+def test_a_path_begins_at_home_or_beside_the_blend_file(
+    scene: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Never in the folder that Blender happens to run in."""
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path / "home"))
+    monkeypatch.chdir(tmp_path)
+    scene.output, scene.path = "SAVED", "textures/{object}"
+    with pytest.raises(RuntimeError, match=r"Path textures/{object}: .* which is not saved; save that"):
+        press()
+    scene.path = "~nobody_at_all/{object}"
+    with pytest.raises(RuntimeError, match="no such user"):
+        press()
+    assert not list(tmp_path.iterdir())
+    scene.path = "~/textures/{object}"
+    assert press() == {"FINISHED"}
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "{a}" / ".." / "house.blend"))
+    bpy.data.objects["Floor"].name = "~"
+    bpy.context.scene.occlusion_bake.path = "{object}/{map}"
+    assert press() == {"FINISHED"}
+    found = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.png")}
+    assert found == {"home/textures/Floor.png", "~/ao.png"}
+
+
 # Channels
 
 
