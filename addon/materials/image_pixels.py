@@ -9,10 +9,10 @@ import bpy
 import numpy as np
 
 from ...core.base.arrays import Floats
+from ..colour_space import Decoding, decoding_of, name_of_space, srgb_decoded, usual_spaces
 from ..typed import pixels_in, space_of
 
 _KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a movie", "VIEWER": "a render"}
-_LINEAR = ("Linear Rec.709", "Working Space")  # as the pixels are stored, where the scene's own space is not changed
 
 
 class Unreadable(Exception):
@@ -59,17 +59,8 @@ def is_associated(image: bpy.types.Image) -> bool:
 
 
 def is_encoded(image: bpy.types.Image) -> bool:
-    """Whether an image's colours are sRGB bytes, which Cycles interpolates as they are and decodes then. Raises Unread
-    for another colour space."""
-    space = space_of(image)
-    if image.is_float or space.is_data or space.name in _LINEAR:
-        return False
-    if space.name == "sRGB":
-        return True
-    raise Unreadable(
-        f"the colour of {image.name} in {space.name}",
-        "set the image's colour space to sRGB or Non-Color",
-    )
+    """Whether an image's colours are sRGB bytes, which Cycles interpolates as they are and decodes then."""
+    return not image.is_float and decoding_of(image) == Decoding.SRGB
 
 
 def _alpha(image: bpy.types.Image) -> Floats:
@@ -86,12 +77,29 @@ def _colour(image: bpy.types.Image) -> Floats:
     """As Blender 5.2's Cycles. Earlier ones multiply premultiplied ones, and not those of floats."""
     pixels = _pixels(image)
     colour = _sound(pixels[..., :3] if pixels.shape[2] > 2 else np.repeat(pixels[..., :1], 3, axis=2))
+    is_bytes = not image.is_float
+    if is_bytes and decoding_of(image) == Decoding.OTHER:
+        colour, is_bytes = _decoded(image, colour), False
     if image.alpha_mode != "STRAIGHT" or not is_associated(image) or pixels.shape[2] != 4:
         return colour
     colour *= _sound(pixels[..., 3:])
-    if not image.is_float:  # bytes again, rounded down
+    if is_bytes:  # again, rounded down
         colour = np.floor(colour * np.float32(255.0) + np.float32(1e-3)) / np.float32(255.0)
     return colour
+
+
+def _decoded(image: bpy.types.Image, colour: Floats) -> Floats:
+    """Bytes of a space that Cycles does not know for sRGB, which it decodes before it interpolates them. Of greys the
+    curve alone matters, not the primaries. Raises Unread."""
+    decoding = decoding_of(image, grey=True) if (colour == colour[..., :1]).all() else Decoding.OTHER
+    if decoding == Decoding.OTHER:
+        space = name_of_space(image)
+        others = [each for each in usual_spaces() if each != space]
+        raise Unreadable(
+            f"the colour of {image.name} in {space or 'an unknown space'}",
+            f"set the image's colour space to {' or '.join(others)}",
+        )
+    return srgb_decoded(colour) if decoding == Decoding.SRGB else colour
 
 
 def _sound(values: Any) -> Floats:

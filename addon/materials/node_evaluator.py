@@ -11,9 +11,10 @@ from mathutils import Euler, Matrix
 
 from ...core.base.arrays import Floats
 from ...core.scene.image_texture import Wrap
+from ..colour_space import srgb_decoded
 from .image_pixels import ImagePixels, Unreadable, is_associated, is_encoded
 from .node_links import Path, SocketSource, socket_source, unread
-from .texel_values import Lookup, TexelValues, bent, clipped, constant, decoded, divided, even, grey, mapped, mix
+from .texel_values import Lookup, TexelValues, bent, clipped, constant, divided, even, grey, mapped, mix
 
 _IDENTITY = Matrix.Identity(4)
 
@@ -73,7 +74,7 @@ class NodeEvaluator:
         texels = even(TexelValues(self._pixels.colour(node.image), lookup))
         if is_associated(node.image) and node.outputs["Alpha"].is_linked:
             texels = bent(divided, texels, even(TexelValues(self._pixels.alpha(node.image), lookup)))
-        return bent(decoded, texels) if is_encoded(node.image) else texels
+        return bent(srgb_decoded, texels) if is_encoded(node.image) else texels
 
     def _layout(self, socket: Any, path: Path) -> tuple[str, Matrix]:
         """The UV map that feeds a texture, and what happens to it on the way. Raises Unread."""

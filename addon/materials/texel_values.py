@@ -125,11 +125,6 @@ def mix(factor: TexelValues, first: TexelValues, second: TexelValues) -> TexelVa
     return apply(lambda f, a, b: a * (np.float32(1.0) - f) + b * f, factor, first, second)
 
 
-def decoded(values: NDArray[Any]) -> NDArray[Any]:
-    """Linear values of sRGB's (IEC 61966-2-1)."""
-    return np.where(values < 0.04045, values / 12.92, ((np.maximum(values, 0.0) + 0.055) / 1.055) ** 2.4)
-
-
 def divided(colours: NDArray[Any], alpha: NDArray[Any]) -> NDArray[Any]:
     """Colours without the alpha that they were multiplied by; those of no alpha stay."""
     return np.where(alpha > 0.0, np.minimum(colours / alpha, 1.0), colours)

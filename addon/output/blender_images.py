@@ -18,7 +18,8 @@ from ...core.finish.map_images import pictures, title
 from ...core.finish.report import image_metadata
 from ...core.options.values import told_by_images
 from ...core.settings import Settings
-from ..typed import found_in, pixels_in, space_of
+from ..colour_space import make_data
+from ..typed import found_in, pixels_in
 
 MARK = "occlusion_bake"  # on an image of ours: "object/map"
 _DEPTHS_WITH_ALPHA = (32, 128)  # bits a pixel, of bytes and floats
@@ -93,7 +94,7 @@ def store_file(owner: str, name: str, path: Path, tile: int | None = None) -> bp
     if tile is None and old is not None and old.source == "FILE" and old.packed_file is None:
         old.filepath = str(path)
         old.reload()
-        space_of(old).name = "Non-Color"
+        make_data(old)
         return old
     return _loaded(owner, name, path, tile)
 
@@ -105,7 +106,7 @@ def _loaded(owner: str, name: str, path: Path, tile: int | None) -> bpy.types.Im
     _sign(image, owner, name)
     if tile is not None:
         image.source = "TILED"  # Blender looks for the other tiles' files
-    space_of(image).name = "Non-Color"
+    make_data(image)
     return image
 
 
@@ -160,8 +161,7 @@ def _image(owner: str, name: str, width: int, height: int, *, alpha: bool) -> bp
     mode: Literal["CHANNEL_PACKED", "NONE"] = "CHANNEL_PACKED" if alpha else "NONE"
     if image.alpha_mode != mode:
         image.alpha_mode = mode
-    if space_of(image).name != "Non-Color":  # setting it makes Blender read the packed file again
-        space_of(image).name = "Non-Color"
+    make_data(image)
     return image
 
 

@@ -14,10 +14,9 @@ from ...core.base.arrays import Doubles, Floats
 from ...core.base.errors import InputError
 from ...core.finish.image_file import read_image
 from ...core.spherical.environment import broken_pixels
-from ..typed import Node, Socket, Tree, space_of
+from ..colour_space import Decoding, decoding_of, srgb_decoded
+from ..typed import Node, Socket, Tree
 from .world_nodes import file_of, has_nodes, unreadable
-
-_LINEAR = ("Linear Rec.709", "Non-Color")
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +56,10 @@ def pixels_of(plain: PlainImage) -> Floats | None:
         return None
     values = values[..., :3]
     check_finite(plain.image.name, values)
-    if space_of(plain.image).name == "sRGB":
+    if decoding_of(plain.image) == Decoding.SRGB:
         if values.max() > 1.0:
             return None
-        values = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)  # IEC 61966-2-1
+        values = srgb_decoded(values)
     return np.maximum(values, 0.0).astype(np.float32) * np.float32(plain.strength)
 
 
@@ -82,9 +81,7 @@ def _is_plain(texture: Node) -> bool:
     image = texture.image
     if texture.projection != "EQUIRECTANGULAR" or image is None or image.is_dirty:
         return False
-    working = bpy.data.colorspace.working_space if hasattr(bpy.data, "colorspace") else "Linear Rec.709"
-    known = image.colorspace_settings.name in (*_LINEAR, "sRGB") and working == "Linear Rec.709"
-    return known and image.source == "FILE" and image.type == "IMAGE"
+    return decoding_of(image) != Decoding.OTHER and image.source == "FILE" and image.type == "IMAGE"
 
 
 def _rotation(vector: Socket) -> Doubles | None:
