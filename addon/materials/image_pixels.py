@@ -12,7 +12,7 @@ from ...core.base.arrays import Floats
 from ..colour_space import Decoding, decoding_of, name_of_space, srgb_decoded, usual_spaces
 from ..typed import pixels_in, space_of
 
-_KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a movie", "VIEWER": "a render"}
+KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a movie", "VIEWER": "a render"}
 
 
 class Unreadable(Exception):
@@ -109,8 +109,8 @@ def _sound(values: Any) -> Floats:
 
 def _check_single(image: bpy.types.Image) -> None:
     """Raises Unread for what is no single picture, or cannot be loaded."""
-    if image.source in _KINDS:
-        raise Unreadable(f"{image.name}, {_KINDS[image.source]}", "use a single image")
+    if image.source in KINDS:
+        raise Unreadable(f"{image.name}, {KINDS[image.source]}", "use a single image")
     if 0 in image.size:
         raise Unreadable(f"its image {image.name} cannot be loaded", "find the file (File > External Data)", whole=True)
 

@@ -12,8 +12,8 @@ import bpy
 import numpy as np
 
 from ...core.base.arrays import Floats
-from ...core.finish.baked import Baked, BakedMap
-from ...core.finish.image_file import dithered, write_image
+from ...core.finish.baked import Baked
+from ...core.finish.image_file import write_image
 from ...core.finish.map_images import pictures, title
 from ...core.finish.report import image_metadata
 from ...core.options.values import told_by_images
@@ -114,21 +114,6 @@ def _sign(image: bpy.types.Image, owner: str, name: str) -> None:
     """Mark an image as ours; the file keeps it, though nothing uses it yet."""
     image[MARK] = f"{owner}/{name}"
     image.use_fake_user = True
-
-
-def store_channel(image: bpy.types.Image, channel: str, baked: BakedMap, dither: bool) -> bpy.types.Image:
-    """Put a map into one channel of an image of its size; a packed one is packed again, a file is left to be saved."""
-    pixels = np.empty((*baked.values.shape, 4), dtype=np.float32)
-    pixels_in(image).foreach_get(pixels.reshape(-1))
-    values = np.clip(baked.values, 0.0, 1.0)[::-1]
-    if not image.is_float and dither:
-        values = dithered(values * np.float32(255.0), 255) / np.float32(255.0)
-    pixels[..., "RGBA".index(channel)] = values
-    pixels_in(image).foreach_set(pixels.reshape(-1))
-    image.update()
-    if image.packed_file is not None or image.source == "GENERATED":
-        image.pack()
-    return image
 
 
 def _earlier(owner: str, name: str) -> bpy.types.Image | None:

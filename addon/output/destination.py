@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
 
 import bpy
 
@@ -19,8 +18,8 @@ from ...core.options import table
 from ...core.options.values import told_by_images
 from ...core.settings import Settings, check_files
 from ..read.block_ref import BlockRef, find, mesh_labels
-from ..typed import space_of
-from .blender_images import TileFiles, store, store_channel, store_file
+from .blender_images import TileFiles, store, store_file
+from .image_channel import check_image_channel, lines_on_channel, store_channel
 from .result import Result
 from .ro_nodes import CODE
 
@@ -63,12 +62,10 @@ class Destination:
             image = find(bpy.data.images, self.image)
             if image is None:
                 raise InputError(f"{self.image.label}: the image was removed during the bake; choose another")
-            if not (space := space_of(image)).is_data:
-                baked.warnings.append(
-                    f"{image.name}: its color space is {space.name}, so that materials read the map too dark; set it "
-                    "to Non-Color"
-                )
-            return {name: store_channel(image, self.channel, each, self.dither) for name, each in baked.maps.items()}
+            for each in baked.maps.values():
+                store_channel(image, self.channel, each.values, dither=self.dither)
+            baked.warnings += lines_on_channel(image, self.channel)
+            return dict.fromkeys(baked.maps, image)
         if self.kind == SAVED:
             images = self._save(result, settings)
             return images | (_stored(result, settings, tiles, [CODE]) if shown and CODE in baked.maps else {})
@@ -138,23 +135,12 @@ class Destination:
             check_file(path)
 
     def _check_channel(self, objects: Sequence[str], settings: Settings) -> None:
-        image: Any = self.image and find(bpy.data.images, self.image)
+        image = find(bpy.data.images, self.image) if self.image is not None else None
         if image is None:
             raise InputError("Image: none is chosen to bake into; choose one")
-        if image.library is not None:
-            raise InputError(f"{image.name}: it is linked from {image.library.filepath}; make it local first")
         if len(objects) > 1 or not settings.is_one_grey:
             raise InputError(f"{image.name}: its channel takes one grey map of one object; choose one of each")
-        size = tuple(image.size)
-        if size != settings.image.size:
-            raise InputError(
-                f"{image.name}: it is {size[0]}x{size[1]} and the bake "
-                f"{settings.image.width}x{settings.image.height}; set the size to that of the image"
-            )
-        # Of bytes the depth tells of an alpha; of floats Blender holds four channels, whatever the file has.
-        alpha = image.channels == 4 and (image.is_float or image.depth == 32)
-        if self.channel == "A" and not alpha:
-            raise InputError(f"{image.name}: it has no alpha; choose another channel")
+        check_image_channel(image, self.channel, settings.image.size)
 
 
 def _stored(result: Result, settings: Settings, tiles: TileFiles, names: Iterable[str]) -> dict[str, bpy.types.Image]:

@@ -174,6 +174,8 @@ def _stored(path: Path, *, pixels: bool = True) -> tuple[Any, NDArray[Any]]:
     """An image's spec, and its pixels, (h, w, c), as they lie in the file."""
     _format_of(path)
     image = _opened(path)
+    if (found := image.format_name()) != openimageio().ImageOutput.create(str(path)).format_name():
+        raise InputError(f"{path}: it is {found.upper()} by what it holds; name it so, or save it anew")
     spec = openimageio().ImageSpec(image.spec())
     spec.attribute("oiio:UnassociatedAlpha", 1)
     values = _pixels(path, image, spec.format) if pixels else np.empty(0)
@@ -188,7 +190,9 @@ def _channel_of(path: Path, spec: Any, channel: str) -> int:
     """Which of the image's channels that is."""
     names = [name.upper() for name in spec.channelnames]
     if channel not in names:
-        raise InputError(f"{path}: it has no channel {channel}; choose one of {', '.join(spec.channelnames)}")
+        others = [name for name in names if name in ("R", "G", "B", "A")]
+        cure = f"choose one of {', '.join(others)}" if others else "save it as RGB"
+        raise InputError(f"{path}: it has no channel {channel}; {cure}")
     return names.index(channel)
 
 

@@ -599,7 +599,8 @@ _WHERE = (
                 Item(
                     CHANNEL,
                     "A Channel",
-                    "One channel of an image that is there, as R of a packed ORM; the others stay",
+                    "One channel of an image that is there, as R of a packed ORM; the others stay. A file is written "
+                    "at once, at its own depth",
                 ),
             )
         ),
@@ -638,7 +639,7 @@ _WHERE = (
                 Item("r", "R", "Red: AO in ORM, and in glTF"),
                 Item("g", "G", "Green"),
                 Item("b", "B", "Blue"),
-                Item("a", "A", "Alpha"),
+                Item("a", "A", "Alpha, which is a channel of its own then (Channel Packed)"),
             )
         ),
         place=Place(

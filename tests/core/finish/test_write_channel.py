@@ -91,6 +91,17 @@ def test_what_does_not_fit_is_refused(tmp_path: Path, channel: str, size: tuple[
     assert path.read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    ("name", "channels", "line"),
+    [("a.png", 1, "it has no channel R; save it as RGB"), ("a.exr", 3, "it is PNG by what it holds; name it so")],
+)
+def test_a_cure_fits_what_the_file_is(tmp_path: Path, name: str, channels: int, line: str) -> None:
+    image(tmp_path / "made.png", channels, "uint8")
+    path = (tmp_path / "made.png").rename(tmp_path / name)
+    with pytest.raises(InputError, match=line):
+        check_channel(path, "R", (12, 8))
+
+
 def test_several_images_in_a_file_are_refused(tmp_path: Path) -> None:
     library, path = openimageio(), tmp_path / "parts.exr"
     spec = library.ImageSpec(12, 8, 3, "half")
