@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,8 +18,10 @@ from ...core.charts.unwrap_process import unwrap_in_process
 from ...core.progress import Progress
 from ..read.blender_state import object_mode, synced
 from ..read.block_ref import BlockRef, find
+from ..read.rendered_maps import Objects, refused_without_faces, rendered_maps
 from ..read.scene_reader import matrix_of
 from ..typed import library_of, mesh_of, view_layer_in
+from .chart_survival import refused_charts, refused_map
 from .smart_project import smart_unwrap
 from .uv_maps import BaseTriangles, base_triangles, check_room, write_uv
 
@@ -81,27 +83,35 @@ def chart_steps(
     """Give chart UVs to the objects' meshes that need them; for a `Runner`. Raises Cancelled."""
     charting.layer = layer_of(charting.request.uv)
     objects = synced(view_layer_in(context))
-    found = {ref: obj for ref in refs if (obj := find(objects, ref)) is not None and _has_faces(obj)}
-    wanting = {ref: obj for ref, obj in found.items() if _wants_charts(obj, charting.request)}
-    if charting.request.atlas and wanting:  # one is enough: the maps of the others leave no room for its charts
+    found = {ref: obj for ref in refs if (obj := find(objects, ref)) is not None and obj.type == "MESH"}
+    with object_mode(context):  # once: each way there and back is two steps of undo
+        wanting = _wanting(context, found, charting)
+    if charting.request.atlas and wanting:
         charting.layer = charting.request.layer
-        yield from _charts_of(context, _fit_for_atlas(context, found, charting), charting, progress)
+        yield from _charts_of(context, _fit_for_atlas(context, wanting, charting), charting, progress)
     elif not charting.request.atlas:
         for sharing in _by_mesh(wanting):
             yield from _charts_of(context, sharing, charting, progress)
 
 
-def _has_faces(obj: bpy.types.Object) -> bool:
-    return obj.type == "MESH" and len(mesh_of(obj).polygons) > 0  # else reading the scene says why
+def _wanting(context: bpy.types.Context, objects: Objects, charting: ChartJob) -> Objects:
+    """The objects that are to have charts, by their meshes as they render; those that cannot be baked for want of faces
+    or of a UV map are refused."""
+    request, rendered = charting.request, rendered_maps(context, objects)
+    found = {ref: obj for ref, obj in objects.items() if rendered[ref].has_faces}
+    bare = {ref: obj for ref, obj in objects.items() if ref not in found}
+    charting.refused |= refused_without_faces(context, bare)
+    if request.uv not in (None, CHARTS, SMART):
+        charting.refused |= refused_map(context, found, request.uv, rendered)
+        return {}
+    wanting = {ref: obj for ref, obj in found.items() if request.uv or rendered[ref].active in (None, *MARKS)}
+    if request.atlas and wanting:  # one is enough: the maps of the others leave no room for its charts
+        wanting = found
+    charting.refused |= refused_charts(context, wanting, request.layer, rendered)
+    return {ref: obj for ref, obj in wanting.items() if ref not in charting.refused}
 
 
-def _wants_charts(obj: bpy.types.Object, request: ChartRequest) -> bool:
-    layers = mesh_of(obj).uv_layers
-    own = own_active(mesh_of(obj)) is not None
-    return request.uv in (CHARTS, SMART) or (request.uv is None and (len(layers) == 0 or own))
-
-
-def _by_mesh(objects: Mapping[BlockRef, bpy.types.Object]) -> list[list[BlockRef]]:
+def _by_mesh(objects: Objects) -> list[list[BlockRef]]:
     """The objects; those that share a mesh together."""
     found: dict[int, list[BlockRef]] = {}
     for ref, obj in objects.items():
@@ -183,9 +193,7 @@ def _prefer(mesh: bpy.types.Mesh, name: str) -> None:
         mesh.uv_layers.active = mesh.uv_layers[name]
 
 
-def _fit_for_atlas(
-    context: bpy.types.Context, objects: Mapping[BlockRef, bpy.types.Object], charting: ChartJob
-) -> list[BlockRef]:
+def _fit_for_atlas(context: bpy.types.Context, objects: Objects, charting: ChartJob) -> list[BlockRef]:
     """The objects whose meshes can have charts in it; the others are refused."""
     fit: list[BlockRef] = []
     taken: dict[int, BlockRef] = {}

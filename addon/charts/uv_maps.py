@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import bpy
+import numpy as np
 
 from ...core.base.arrays import Floats, Ints
 from ...core.base.errors import InputError
@@ -15,6 +18,7 @@ from ..read.mesh_arrays import corners_of, polygons_of, positions_of, vertices_o
 from ..typed import library_of, mesh_of
 
 _MOST_LAYERS = 8  # UV maps of a mesh
+_SCATTER = (0.7548776662466927, 0.5698402909980532)  # multiples of these fill the unit square, no three on a line
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +44,17 @@ def base_triangles(context: bpy.types.Context, obj: bpy.types.Object) -> BaseTri
 
 def check_room(obj: bpy.types.Object, layer_name: str) -> None:
     """Refuse a mesh that has no room for another UV map. Raises InputError."""
-    layers = mesh_of(obj).uv_layers
-    if layer_name not in layers and len(layers) >= _MOST_LAYERS:
+    if not _has_room(mesh_of(obj), layer_name):
         raise InputError(f"{obj.name}: Blender has no room for another UV map on its mesh; remove one")
+
+
+def _has_room(mesh: bpy.types.Mesh, name: str) -> bool:
+    return name in mesh.uv_layers or len(mesh.uv_layers) < _MOST_LAYERS
+
+
+def takes_map(mesh: bpy.types.Mesh, name: str) -> bool:
+    """Whether a mesh has a UV map of this name, or can be given one."""
+    return name in mesh.uv_layers or (library_of(mesh) is None and _has_room(mesh, name))
 
 
 def write_uv(
@@ -70,6 +82,25 @@ def write_uv(
         layer.uv.foreach_set("vector", values.reshape(-1))
         mesh.update()
         return str(layer.name)
+
+
+@contextmanager
+def tried_map(meshes: Iterable[bpy.types.Mesh], name: str) -> Iterator[None]:
+    """Meshes that can take it with a UV map of this name for the time, in which their faces have areas; one that is
+    there is left as it is."""
+    given: list[bpy.types.Mesh] = []
+    try:
+        for mesh in meshes:
+            if name not in mesh.uv_layers:
+                layer = _own_layer(mesh, mesh.name, name, activate=False)
+                given.append(mesh)
+                places = np.arange(len(mesh.loops))[:, np.newaxis] * _SCATTER % 1.0
+                layer.uv.foreach_set("vector", places.astype(np.float32).reshape(-1))
+        yield
+    finally:
+        for mesh in given:
+            mesh.uv_layers.remove(mesh.uv_layers[name])
+            mesh.update()
 
 
 def _own_layer(mesh: bpy.types.Mesh, owner: str, name: str, activate: bool) -> Any:

@@ -25,6 +25,7 @@ from ..read.blender_state import synced
 from ..read.block_ref import BlockRef, find
 from ..read.high_low_pairs import HighMeshes
 from ..read.occluder_filter import EVERYTHING, OccluderFilter
+from ..read.rendered_maps import refused_without_faces
 from ..read.scene_reader import SceneRequest, read_scene
 from ..read.world_reader import read_world
 from ..typed import scene_in, view_layer_in
@@ -81,6 +82,7 @@ def bake_steps(
         progress.enter("reading the scene")
         with outcome.clock.stage("extract"):
             refs, scene = _read(context, refs, job, outcome)
+            _refuse_without_faces(context, refs, scene, outcome)
             if job.settings.needs_light:
                 scene = replace(scene, environment=read_world(scene_in(context)))
             if job.layout.corners:
@@ -165,6 +167,15 @@ def _bake_one(ref: BlockRef, target: Instance, tiles: UvTiles, job: BakeJob, out
         del baked, result  # or it would be held while the next is baked
 
 
+def _refuse_without_faces(context: bpy.types.Context, refs: Sequence[BlockRef], scene: Scene, outcome: Outcome) -> None:
+    """Before others have been baked, and with the modifier that is to blame."""
+    objects = synced(view_layer_in(context))
+    bare = [ref for ref, target in zip(refs, scene.targets, strict=True) if not len(target.mesh.triangles)]
+    found = {ref: obj for ref in bare if (obj := find(objects, ref)) is not None}
+    for ref, refusal in refused_without_faces(context, found).items():
+        outcome.refuse(ref, refusal)
+
+
 def _by_corners(
     context: bpy.types.Context, refs: Sequence[BlockRef], scene: Scene, job: BakeJob, outcome: Outcome
 ) -> Scene:
@@ -172,6 +183,8 @@ def _by_corners(
     objects, names = synced(view_layer_in(context)), [each.name for each in job.settings.maps]
     taken: dict[int, BlockRef] = {}  # by mesh: its colours are one, and the last of several objects would have them
     for ref, target in zip(refs, scene.targets, strict=True):
+        if outcome.states[ref] == REFUSED:
+            continue
         obj: Any = find(objects, ref)  # it has just been read
         try:
             check_corners(target)

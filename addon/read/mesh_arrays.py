@@ -33,20 +33,31 @@ def read_surface(mesh: bpy.types.Mesh, owner: str, uv: str | None, *, unwrapped:
     if layer is not None and tangents:
         along = tangents_of(mesh, owner, layer.name, corners, _WITH_TANGENTS)
     normals = _normals(mesh, vertices, triangles, corners)
-    return Mesh(mesh.name, vertices, triangles, layout, normals, corners, along)
+    return Mesh(mesh.name, vertices, triangles, layout, normals, corners, along, layer.name if layer else "")
 
 
 def _uv_layer(mesh: bpy.types.Mesh, owner: str, name: str | None) -> Any:
     """The named UV map or the active one, None where the mesh has none. Raises InputError for a name it lacks."""
     layers = mesh.uv_layers
     if name is None:
-        return layers.active or (layers[0] if layers else None)
+        return active_map(mesh)
     if name not in layers:
         cure = (
             f"choose one of those it has: {', '.join(layer.name for layer in layers)}" if layers else "unwrap it first"
         )
         raise InputError(f"{owner}: no UV map named {name}; {cure}")
     return layers[name]
+
+
+def active_map(mesh: bpy.types.Mesh) -> Any:
+    """The UV map that is baked onto where none is asked for, None where the mesh has none.
+
+    Of meshes that nodes make, Blender up to 4.5 may call a map active that is not among them, for it has no name.
+    """
+    layers = mesh.uv_layers
+    if layers.active is not None and layers.active.name in layers:
+        return layers.active
+    return layers[0] if layers else None
 
 
 def _normals(mesh: bpy.types.Mesh, vertices: Floats, triangles: Ints, corners: Ints) -> Floats | None:

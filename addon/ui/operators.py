@@ -21,7 +21,7 @@ from ...core.finish.report import (
 from ...core.maps.occlusion import AMBIENT
 from ...core.progress import Progress
 from ...core.scene.scene import Instance
-from ..charts.chart_job import CHARTS, SMART, own_active
+from ..charts.chart_job import CHARTS, MARKS, SMART
 from ..charts.rollback import chart_rollback
 from ..compare.steps import compare_here, compare_in_child
 from ..job.bake_job import BakeJob, Deliver, bake_steps, prepared_charts
@@ -331,12 +331,20 @@ def put(
         link_images(
             obj,
             images,
-            layer or own_active(mesh_of(obj)),
+            layer or _shown_map(obj, target),
             preview=request.preview,
             gltf=request.gltf,
             channel=channel,
             turned=target.normal_map is not None or ref in job.highs,
         )
+
+
+def _shown_map(obj: bpy.types.Object, target: Instance) -> str | None:
+    """The UV map that an object was baked onto, for its materials to name; None where that is the artist's one for
+    renders, which they take of themselves."""
+    baked = target.mesh.uv_map
+    for_renders = next((layer.name for layer in mesh_of(obj).uv_layers if layer.active_render), None)
+    return None if baked == for_renders and baked not in MARKS else baked
 
 
 def result_lines(baked: Baked) -> list[str]:

@@ -22,7 +22,7 @@ def check_target(target: Instance) -> list[str]:
     """
     mesh = target.mesh
     if len(mesh.triangles) == 0:
-        raise InputError(f"{target.name}: the mesh has no faces; there is no surface to bake")
+        raise no_faces(target.name)
     _check_arrays(target)
     broken = int(np.count_nonzero(~np.isfinite(mesh.vertices).all(axis=1)))
     if broken:
@@ -44,6 +44,11 @@ def check_target(target: Instance) -> list[str]:
             f"{target.name}: it is {size:.3g} units across, and rays need {SMALLEST:g} to {LARGEST:g}; scale the scene"
         )
     return [f"{target.name}: {flat} triangles have zero area and are left out"] if flat else []
+
+
+def no_faces(name: str) -> InputError:
+    """What is said of an object whose mesh has none."""
+    return InputError(f"{name}: the mesh has no faces; there is no surface to bake")
 
 
 def _check_arrays(target: Instance) -> None:

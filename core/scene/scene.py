@@ -29,7 +29,7 @@ class Mesh:
     uv: (T, 3, 2) float32 per corner, v up, or None. normals: (T, 3, 3) float32 unit shading normals per corner, or None
     where every face is flat. corners: (T, 3) int32, which face corners of the mesh that it was made from they are,
     where that is known. tangents: (T, 3, 4) float32 per corner, along u, and the sign of the bitangent, sign · n × t
-    (MikkTSpace), or None where nothing needs them.
+    (MikkTSpace), or None where nothing needs them. uv_map: what the UVs are called where they are from.
     """
 
     name: str
@@ -39,6 +39,7 @@ class Mesh:
     normals: Floats | None = None
     corners: Ints | None = None
     tangents: Floats | None = None
+    uv_map: str = ""
 
     @cached_property
     def doubled_areas(self) -> Doubles:

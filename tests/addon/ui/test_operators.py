@@ -194,6 +194,16 @@ def test_the_material_shows_the_map_that_was_baked_onto(scene: Any, uv: str) -> 
     assert places == ([CHART_MAP] if uv == "CHARTS" else [])
 
 
+def test_the_material_names_the_map_where_another_is_for_renders(scene: Any) -> None:
+    obj = blender.plane()
+    obj.data.uv_layers.new(name="Second").active = True
+    select(obj)
+    scene.use_material = True
+    assert press() == {"FINISHED"} and obj.data.uv_layers["UVMap"].active_render
+    places = [node.uv_map for node in obj.material_slots[0].material.node_tree.nodes if node.type == "UVMAP"]
+    assert places == ["Second"]
+
+
 def test_without_asking_materials_stay() -> None:
     obj = blender.plane()
     material = bpy.data.materials.new("Paint")
