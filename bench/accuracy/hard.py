@@ -27,6 +27,7 @@ from ...tests.oracles.hard.beside import against, converged_twin, from_blender
 from ...tests.oracles.hard.blender import open_scene
 from ...tests.oracles.hard.case import Case, judge, settings_of
 from ...tests.oracles.hard.catalogue import CASES
+from ...tests.oracles.hard.tiles import in_one_image, together
 from ..bake_here import bake_here
 from ..pages import ROOT, filled, write_json
 from ..tables import table
@@ -56,9 +57,11 @@ def _row(case: Case) -> dict[str, Any]:
     """Ours as the button bakes it, from Blender's file."""
     judged = judge(case)
     right = judged.right if case.twin is None else converged_twin(case, MANY_RAYS)
-    name = open_scene(case.build())
+    name = open_scene(in_one_image(case.build(), case.tiles))
     cycles = bake_ao(bpy.context, bpy.data.objects[name], CyclesSettings(case.size, RAYS, case.distance, THREADS, 0))
-    baked = bake_here([name], replace(settings_of(case), goal=Goal(RAYS), maps=(AMBIENT,))).baked
+    name = open_scene(case.build())
+    results = bake_here([name], replace(settings_of(case), goal=Goal(RAYS), maps=(AMBIENT,))).results
+    baked = together([part for _, part in results], case.tiles)
     ours = baked.maps["ao"]
     PICTURES.mkdir(parents=True, exist_ok=True)
     write_image(PICTURES / f"{slug(case.name)}.png", _panels(ours, cycles), depth=8)

@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ....core.bake import bake
 from ....core.base.arrays import Doubles, Flags, Ints
 from ....core.finish.baked import Baked
 from ....core.rays.map_spec import AO, reflection
@@ -23,6 +22,7 @@ from ....core.scene.world_mesh import centre_of, world_surface
 from ....core.settings import Settings
 from ....core.texels.rasterize import Texels, rasterize
 from ..settings import flat_settings
+from .tiles import Tiles, bake_tiles, in_one_image
 
 SEEDS = 16
 FEW_SEEDS = 4  # enough where bits are compared, and for RO
@@ -85,7 +85,8 @@ class Case:
 
     expected: the exact value of each texel, (H, W), NaN where it is not known. twin: instead of it, the same surface
     without the trouble; from_twin carries its image to ours. bits: the twin must agree to the last bit, seed by seed.
-    slack: what tessellation, or one value for a whole texel, may add; mean_slack the same for the mean.
+    tiles: of a UDIM layout, put together in an image of the size. slack: what tessellation, or one value for a whole
+    texel, may add; mean_slack the same for the mean.
     extra: more that must hold of the mean image, as a list of complaints.
     """
 
@@ -98,6 +99,7 @@ class Case:
     from_twin: Callable[[Doubles], Doubles] = np.asarray
     bits: bool = False
     size: tuple[int, int] = (64, 64)
+    tiles: Tiles = (1, 1)
     rays: int = 16
     distance: float | None = None
     twin_distance: float | None = None
@@ -137,9 +139,9 @@ class Judged:
 
 
 def settings_of(case: Case, seed: int = 0, distance: float | None = None) -> Settings:
-    """AO, and by the first seeds RO, too, without margins."""
+    """AO, and by the first seeds RO, too, without margins; the image is that of a tile."""
     maps = (AO, reflection(10)) if seed < FEW_SEEDS else (AO,)
-    width, height = case.size
+    width, height = (of_all // count for of_all, count in zip(case.size, case.tiles, strict=True))
     return flat_settings(
         maps, width=width, height=height, rays=case.rays, distance=distance or case.distance, margin=0, seed=seed
     )
@@ -149,7 +151,7 @@ def bake_seeds(scene: Scene, case: Case, first: int = 0, distance: float | None 
     """The first target by 16 seeds."""
     one = Scene(scene.targets[:1], scene.occluders, scene.camera)
     seeds = FEW_SEEDS if case.bits else SEEDS
-    return [baked for seed in range(seeds) for baked in bake(one, settings_of(case, first + seed, distance))]
+    return [bake_tiles(one, settings_of(case, first + seed, distance), case.tiles) for seed in range(seeds)]
 
 
 def mean_image(baked: Sequence[Baked], name: str = "ao") -> Doubles:
@@ -162,7 +164,7 @@ def mean_image(baked: Sequence[Baked], name: str = "ao") -> Doubles:
 def judge(case: Case) -> Judged:
     """Bake a case by 16 seeds and say all that is wrong with it."""
     scene = case.build()
-    view = View(scene.targets[0], *case.size)
+    view = View(in_one_image(scene, case.tiles).targets[0], *case.size)
     baked = bake_seeds(scene, case)
     twins: list[Baked] = []
     if case.twin is not None:

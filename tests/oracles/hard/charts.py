@@ -9,7 +9,7 @@ import numpy as np
 
 from ....core.base.arrays import Doubles
 from ....core.scene.scene import Mesh, Scene
-from ..shapes import SKEW, UNIT_SQUARE, bowl, box, cylinder, plane, quads, scene, sphere
+from ..shapes import SKEW, UNIT_SQUARE, bowl, box, cylinder, grid, plane, quads, scene, sphere
 from .case import Case, Judged, View
 from .faces import ball as ball_above
 from .faces import outer_open, paper_box, shadow
@@ -65,6 +65,13 @@ def _strip_open(view: View) -> Doubles:
 
 def _plain_floor() -> Scene:
     return scene(plane(2.0), ball_above(), under=SKEW)
+
+
+def _evenly_spread() -> Scene:
+    """Cells whose UVs are as many to a tile: each has others at its place in the other tiles."""
+    made = grid(2.0, 16)
+    assert made.uv is not None
+    return scene(replace(made, uv=made.uv * np.float32(2.0)), ball_above(), under=SKEW)
 
 
 def _mirrored_uv() -> Scene:
@@ -143,6 +150,16 @@ CASES = (
         _thin_charts,
         expected=_strip_open,
         extra=_all_strips,
+    ),
+    Case(
+        "a grid over four UDIM tiles",
+        "The exact shadow of a ball on a floor, in all four, though tile for tile the UVs are alike.",
+        "Baked with the four in one image.",
+        _evenly_spread,
+        expected=shadow,
+        tiles=(2, 2),
+        slack=1e-2,
+        mean_slack=1e-3,
     ),
     Case(
         "mirrored UVs",
