@@ -26,8 +26,8 @@ def bake_at_defaults(name: str, size: int, seed: int) -> CyclesBake:
     """The same as an artist has it, stopped by Cycles' own adaptive sampling."""
     matched = cycles._match
 
-    def match(stack: ExitStack, scene: bpy.types.Scene, obj: bpy.types.Object, settings: CyclesSettings) -> None:
-        matched(stack, scene, obj, settings)
+    def match(stack: ExitStack, scene: bpy.types.Scene, name: str, settings: CyclesSettings) -> None:
+        matched(stack, scene, name, settings)
         temporary_attributes(stack, scene.cycles, use_adaptive_sampling=True)
         temporary_attributes(
             stack, scene.cycles, adaptive_threshold=DEFAULT_THRESHOLD, adaptive_min_samples=DEFAULT_FEWEST

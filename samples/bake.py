@@ -81,10 +81,11 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
         baked.seconds["write"] = time.perf_counter() - start
         entry = entries[baked.name] = object_entry(baked, files)
         picture = folder.path / f"{stem}_ao_compared.png"
-        compared = Compared(bpy.data.objects[result.name], result.target, baked, settings)
+        compared = Compared.of(result, job, outcome)
         entry["cycles"] = compare_with_cycles(bpy.context, compared, chosen.samples, picture)
 
-    outcome = _run(sample.targets, settings, deliver)
+    job, outcome = _job(sample.targets, settings), Outcome()
+    _run(job, outcome, deliver)
     for target in sample.targets:
         entries[target]["seconds_at_equal_samples"] = _seconds_of(target, replace(settings, maps=(AMBIENT,)), chosen)
         rows.append(_row(name, entries[target]))
@@ -92,13 +93,15 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
     return whole_report(told_by_reports(settings), outcome.baker.device, outcome.clock.shared, entries.values())
 
 
-def _run(names: tuple[str, ...], settings: Settings, deliver: Deliver) -> Outcome:
-    progress, outcome = Progress(len(names)), Outcome()
-    job = BakeJob(tuple(refs_of(bpy.data.objects[name] for name in names)), settings)
+def _job(names: tuple[str, ...], settings: Settings) -> BakeJob:
+    return BakeJob(tuple(refs_of(bpy.data.objects[name] for name in names)), settings)
+
+
+def _run(job: BakeJob, outcome: Outcome, deliver: Deliver) -> None:
+    progress = Progress(len(job.objects))
     run(bake_steps(bpy.context, job, progress, outcome, deliver), progress)
     for line in (*outcome.notes, *outcome.refused):
         print(f"  {line}")
-    return outcome
 
 
 def _seconds_of(target: str, settings: Settings, chosen: argparse.Namespace) -> float:
@@ -110,7 +113,7 @@ def _seconds_of(target: str, settings: Settings, chosen: argparse.Namespace) -> 
         folder.write(result.baked, told_by_images(equal), "timing")
 
     start = time.perf_counter()
-    _run((target,), equal, deliver)
+    _run(_job((target,), equal), Outcome(), deliver)
     return time.perf_counter() - start
 
 

@@ -17,13 +17,16 @@ from typing import Any, TextIO
 
 import bpy
 
+from ...core.base.atomic_file import check_writable
 from ...core.base.errors import Cancelled, InputError
-from ...core.charts.udim import FIRST, Udim
+from ...core.charts.udim import Udim
+from ...core.finish.baked import Baked
 from ...core.finish.file_names import FileNames, clean_name
 from ...core.finish.image_file import check_channel, write_channel
-from ...core.finish.map_files import Folder, check_file, check_image, whole_path, write_coverage
+from ...core.finish.map_files import Folder, check_file, check_image, tile_suffix, whole_path, write_coverage
 from ...core.finish.report import (
     Json,
+    comparison_total,
     error_in_words,
     million_rays_per_second,
     object_entry,
@@ -34,12 +37,12 @@ from ...core.finish.report import (
 from ...core.options.values import told_by_images, told_by_reports
 from ...core.progress import Progress
 from ...core.settings import Settings
-from ..charts.chart_job import layer_of
-from ..compare.comparison import Compared, compare_with_cycles
+from ..compare.comparison import Compared, compare_with_cycles, with_ambient, without_a_bake
+from ..compare.steps import REPORT, compare_into
 from ..job.bake_job import BakeJob, Layout, bake_steps, meshes_in_render
 from ..job.job_clock import CYCLES
 from ..job.outcome import Outcome
-from ..job.runner import run
+from ..job.runner import Steps, run
 from ..output.color_attributes import store_colours
 from ..output.result import Result
 from ..read.blender_state import synced
@@ -103,9 +106,14 @@ def _bake(options: Any) -> None:
     settings = settings_of(options)
     _place_files(options)
     chosen = _chosen(context, options, settings)
+    if options.comparison:
+        _compare_alone(context, options, chosen)
+        return
     names = chosen.objects
     if options.into:
         _check_into(options, chosen)
+    if options.cycles_samples:
+        chosen = _with_comparison(options, chosen)
     elsewhere = options.into or options.color_attributes
     folder = None if elsewhere else Folder(options.folder, options.format, options.depth, options.use_dither)
     progress = Progress(len(names))
@@ -121,12 +129,39 @@ def _bake(options: Any) -> None:
         _save_charts(outcome, options)
         for line in (*outcome.notes, *(outcome.refused if len(names) > 1 else ())):
             _say(f"{NAME}: {line}")
+    if total := writer.total:
+        _say(
+            f"{total['images']} images together: Cycles {total['seconds']:.2f} s, here {total['own_seconds']:.2f} s; "
+            f"{_agreement(total)} at most"
+        )
     if options.report:
         _report(options.report, settings, outcome, writer)
     if outcome.refused:
         raise InputError(outcome.complaint(len(names)))
     if writer.uncompared:
-        raise InputError(f"{len(writer.uncompared)} of {len(names)} objects not compared; {writer.uncompared[0]}")
+        raise InputError(
+            f"{len(writer.uncompared)} of {len(writer.entries)} images not compared; {writer.uncompared[0]}"
+        )
+
+
+def _compare_alone(context: Any, options: Any, job: BakeJob) -> None:
+    """What another Blender has asked for (compare/steps.py)."""
+    folder, progress = Path(options.comparison), Progress(len(job.objects))
+
+    def steps() -> Steps:
+        report = yield from compare_into(folder, context, job, options.cycles_samples, progress)
+        write_report(folder / REPORT, report)
+
+    run(steps(), progress, _Line().show)
+
+
+def _with_comparison(options: Any, job: BakeJob) -> BakeJob:
+    """The job with AO among its maps; what Cycles has no bake for is said. Raises InputError where no picture could be
+    written."""
+    check_writable(options.folder)
+    for line in without_a_bake(job.settings):
+        _say(f"{NAME}: {line}")
+    return replace(job, settings=with_ambient(job.settings))
 
 
 def _check_into(options: Any, chosen: BakeJob) -> None:
@@ -202,7 +237,8 @@ def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -
     assert outcome.baker is not None  # something has been baked
     report = whole_report(told_by_reports(settings), outcome.baker.device, outcome.clock.shared, writer.entries)
     more = {"occluders": outcome.occluders, "notes": outcome.notes, "refused": outcome.refused}
-    write_report(path, {**report, **more})
+    total = {"cycles": writer.total} if writer.total else {}
+    write_report(path, {**report, **total, **more})
 
 
 class _Writer:
@@ -210,9 +246,9 @@ class _Writer:
 
     def __init__(self, context: Any, options: Any, chosen: BakeJob, folder: Folder | None, outcome: Outcome) -> None:
         self.entries: list[Json] = []
-        self._clock = outcome.clock
         self.uncompared: list[str] = []  # a line for each object that Cycles would not bake
-        self._context, self._options, self._chosen, self._settings = context, options, chosen, chosen.settings
+        self._context, self._options, self._chosen, self._settings = context, options, chosen, settings_of(options)
+        self._outcome = outcome
         self._folder, self._several = folder, len(chosen.objects) > 1 and not chosen.layout.atlas
         self._names = FileNames(options.folder, mesh_labels())
 
@@ -222,22 +258,20 @@ class _Writer:
         if len(result.targets) > 1:
             entry["objects"] = [target.name for target in result.targets]
         self.entries.append(entry)
-        if not result.is_first:
-            return
-        if result.objects[0] in self._chosen.highs and self._options.cycles_samples:
-            self.uncompared.append(
-                f"{result.name}: Cycles is compared with on an object's own surface; leave out its highs"
-            )
-        elif self._options.cycles_samples and result.baked.tile not in (None, FIRST):
-            self.uncompared.append(
-                f"{result.name}: it has no texel in tile {FIRST}, which alone is compared; move its UVs"
-            )
-        elif self._options.cycles_samples:
+        if self._options.cycles_samples:
             self._compare(result, stem, entry)
 
+    @property
+    def total(self) -> Json:
+        """Of all comparisons, where there are several."""
+        total = comparison_total(self.entries)
+        return total if total.get("images", 0) > 1 else {}
+
     def _write(self, result: Result, stem: str) -> Json:
-        baked, start = result.baked, time.perf_counter()
-        files = self._put(result, stem)
+        asked = {each.name for each in self._settings.maps}  # less AO that is there for a comparison alone
+        maps = {name: each for name, each in result.baked.maps.items() if name in asked}
+        baked, start = replace(result.baked, maps=maps), time.perf_counter()
+        files = self._put(result, baked, stem)
         if self._options.coverage:
             files["coverage"] = write_coverage(self._options.coverage, baked, stem, several=self._several)
         baked.seconds["write"] = time.perf_counter() - start
@@ -247,9 +281,8 @@ class _Writer:
         _say(_summary(entry))
         return entry
 
-    def _put(self, result: Result, stem: str) -> dict[str, Path]:
+    def _put(self, result: Result, baked: Baked, stem: str) -> dict[str, Path]:
         """The maps to where they go; returns the files."""
-        baked = result.baked
         if self._folder is not None:
             return self._folder.write(baked, told_by_images(self._settings), stem)
         if self._options.into is None:
@@ -268,26 +301,26 @@ class _Writer:
         return obj
 
     def _compare(self, result: Result, stem: str, entry: Json) -> None:
-        assert self._folder is not None
-        baked, occluding = result.baked, self._chosen.occluding
-        samples, picture = self._options.cycles_samples, self._folder.path / f"{stem}_ao_compared.png"
-        _say(f"{baked.name}: baking with Cycles, {samples} samples …")
-        uv = layer_of(self._options.uv)
-        compared = Compared(self._object(result), result.target, baked, self._settings, occluding, uv)
+        samples, compared = self._options.cycles_samples, Compared.of(result, self._chosen, self._outcome)
+        picture = self._options.folder / f"{stem}_ao_compared{tile_suffix(result.baked.tile)}.png"
+        _say(f"{compared.name}: baking with Cycles, {samples} samples …")
         try:
-            with self._clock.stage(CYCLES):
+            with self._outcome.clock.stage(CYCLES):
                 cycles = compare_with_cycles(self._context, compared, samples, picture)
         except InputError as refusal:  # the others go on
             self.uncompared.append(str(refusal))
             return
         entry["cycles"] = cycles
         _say(
-            f"{baked.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {times_as_long(entry):.1f} times as "
-            "long for a sample as for a ray here; "
-            f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}; {picture}"
+            f"{compared.name}: Cycles {cycles['seconds']:.2f} s at {samples} samples, {times_as_long(entry):.1f} times "
+            f"as long for a sample as for a ray here; {_agreement(cycles)}; {picture}"
         )
         for line in cycles["reasons"]:
-            _say(f"{baked.name}: {line}")
+            _say(f"{compared.name}: {line}")
+
+
+def _agreement(cycles: Json) -> str:
+    return f"RMSE {cycles['rmse']:.5f}, bias {cycles['bias']:+.5f}, p99 {cycles['p99']:.5f}"
 
 
 def _summary(entry: Json) -> str:

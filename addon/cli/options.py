@@ -10,7 +10,6 @@ from typing import Any, NoReturn
 
 from ...core.base.errors import InputError
 from ...core.finish.image_file import check_format
-from ...core.maps.occlusion import ambient_among
 from ...core.options.option import Choice, Flag, Kind, Option, Real, Switch, Whole
 from ...core.options.table import BY_NAME, OPTIONS
 from ...core.options.values import settings_of_command
@@ -35,9 +34,10 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
             if flag.group not in groups:
                 groups[flag.group] = made.add_mutually_exclusive_group()
             groups[flag.group].add_argument(flag.name, dest=option.name, help=flag.help, **_arguments(option, flag))
-    # From one Blender to another: values of options by name, that stand over the others, and who takes part (roles.py).
+    # From one Blender to another: values of options by name, that stand over the others, who takes part (roles.py), and
+    # the folder that a comparison alone goes to (compare/steps.py).
     made.add_argument("--values", type=Path, help=argparse.SUPPRESS)
-    made.set_defaults(roles=None)
+    made.set_defaults(roles=None, comparison=None)
     return made
 
 
@@ -76,8 +76,6 @@ def settings_of(options: Any) -> Settings:
     """The bake's settings, out of the parsed options. Raises InputError for all that is wrong without a scene."""
     if options.cycles_samples is not None and options.cycles_samples < 1:
         raise InputError(f"--compare-cycles {options.cycles_samples}: give 1 sample or more")
-    if options.cycles_samples is not None and ambient_among(options.maps) is None:
-        raise InputError("--compare-cycles compares AO; add ao to --maps")
     _check_sources(options)
     check_format(options.format, options.depth)
     settings = settings_of_command(vars(options))
@@ -101,7 +99,3 @@ def _check_sources(options: Any) -> None:
         raise InputError("--into: color attributes are no images; leave out one of the two")
     if options.color_attributes and options.color_attributes.suffix != ".blend":
         raise InputError(f"--color-attributes {options.color_attributes}: is a scene; end its name in .blend")
-    if options.cycles_samples is not None and (options.into or options.color_attributes):
-        raise InputError("--compare-cycles compares images of their own; leave out --into and --color-attributes")
-    if options.cycles_samples is not None and options.atlas:
-        raise InputError("--compare-cycles: objects are compared one by one; leave out --atlas")

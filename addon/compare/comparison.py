@@ -3,100 +3,240 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ...core.base.arrays import Flags
+from ...core.base.arrays import Flags, Floats
 from ...core.base.errors import InputError
+from ...core.charts.udim import part_in_tile
 from ...core.finish.baked import Baked, BakedMap
 from ...core.finish.compare import compare, comparison_image
 from ...core.finish.image_file import write_image
+from ...core.finish.map_images import title
 from ...core.finish.report import Json, comparison_entry
 from ...core.maps.occlusion import AMBIENT
 from ...core.rays.ray_options import WHOLE_SPREAD, Falloff
-from ...core.scene.ground_plane import ground_below
-from ...core.scene.scene import Instance
+from ...core.scene.ground_plane import NAME as GROUND
+from ...core.scene.scene import Instance, Scene
 from ...core.settings import Settings
 from ...core.texels.rasterize import owners_by_centre, rasterize
+from ..job.bake_job import BakeJob
+from ..job.outcome import Outcome
+from ..output.result import Result
 from ..read.blender_state import synced
-from ..read.occluder_filter import EVERYTHING, OccluderFilter
+from ..read.block_ref import BlockRef, find
 from ..typed import view_layer_in
-from .cycles import CyclesSettings, bake_ao
+from .corner_colours import bake_corners
+from .cycles import CyclesBake, CyclesSettings, Surroundings, bake_ao
 from .known_differences import reasons_to_differ
+from .projected import bake_projected, projection_onto
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """What is compared. obj: the object; target: as it was baked. occluding: who blocked light. uv: the UV map, None:
-    the active one."""
+    """One image. objects: those in it; targets: the same, as they were baked, in `scene`. uv: the UV map, None: the
+    active one."""
 
-    obj: bpy.types.Object
-    target: Instance
     baked: Baked
-    settings: Settings
-    occluding: OccluderFilter = EVERYTHING
+    objects: tuple[BlockRef, ...]
+    targets: tuple[Instance, ...]
+    job: BakeJob
+    scene: Scene
     uv: str | None = None
+
+    @classmethod
+    def of(cls, result: Result, job: BakeJob, outcome: Outcome) -> Compared:
+        """What a bake has delivered."""
+        assert outcome.baker is not None
+        scene, uv = outcome.baker.scene, outcome.charting.layer
+        return cls(result.baked, result.objects, result.targets, job, scene, uv)
 
     @property
     def ours(self) -> BakedMap:
         """The map that Cycles has, too."""
         return self.baked.maps[AMBIENT.name]
 
+    @property
+    def is_from_highs(self) -> bool:
+        """Whether anything in it is baked from others."""
+        return any(target.name in self.scene.highs for target in self.targets)
+
+    @property
+    def name(self) -> str:
+        """What it is called: its object, or the atlas, with its tile."""
+        return self.baked.name if self.baked.tile is None else f"{self.baked.name} {self.baked.tile}"
+
+
+@dataclass(eq=False)
+class _Beside:
+    """Both in one image. mask: the texels that count. other_owner: how many of them show another triangle in Cycles.
+    unseen: how many see a high mesh here and none in Cycles."""
+
+    ours: Floats
+    cycles: Floats
+    mask: Flags
+    seconds: float = 0.0
+    other_owner: int = 0
+    unseen: int = 0
+
+
+def with_ambient(settings: Settings) -> Settings:
+    """The settings with AO among the maps: what Cycles has, too."""
+    has = any(each.name == AMBIENT.name for each in settings.maps)
+    return settings if has else replace(settings, maps=(*settings.maps, AMBIENT))
+
+
+def without_a_bake(settings: Settings) -> list[str]:
+    """A line on the maps that Cycles cannot bake, where there are any."""
+    names = ", ".join(title(each.name) for each in settings.maps if each.name != AMBIENT.name)
+    return [f"Cycles has no bake of {names}; AO is compared"] if names else []
+
 
 def compare_with_cycles(context: bpy.types.Context, compared: Compared, samples: int, path: Path) -> Json:
-    """Bake the target's AO with Cycles, write the picture (ours, Cycles', difference), return the report's entry.
+    """Bake AO of all that is in the image with Cycles, write the picture (ours, Cycles', difference), return the
+    report's entry.
 
-    Texels count that both cover. Those that Cycles gives to another triangle (its rule is the texel's centre, ours the
-    largest coverage) are counted apart and named. Raises InputError where Cycles refuses or covers no texel of
-    ours.
+    Texels count that both cover, and that one object alone does. Those that Cycles gives to another triangle (its rule
+    is the texel's centre, ours the largest coverage) are counted apart and named. Raises InputError where Cycles
+    refuses or covers no texel of ours.
     """
-    target, settings, occluding = compared.target, compared.settings, compared.occluding
-    others = [obj for obj in synced(view_layer_in(context)) if obj != compared.obj]
-    counting = [obj for obj in others if occluding.counts(obj.session_uid)]
-    how = CyclesSettings(
-        settings.image.size,
-        samples,
-        settings.rays.distance,
-        settings.threads or os.cpu_count() or 1,
-        settings.seed,
-    )
-    cycles = bake_ao(
-        context,
-        compared.obj,
-        how,
-        compared.uv,
-        hidden=[obj for obj in others if obj not in counting],
-        ground=ground_below([target]) if occluding.ground else None,
-    )
-    ours = compared.ours
-    mask = ours.covered & cycles.coverage
-    if not mask.any():
-        raise InputError(f"{target.name}: no texel is covered here and in Cycles; compare with a larger image")
-    other = _texels_of_another(target, settings, mask)
+    settings = compared.job.settings
+    bake = _corners if compared.job.layout.corners else _texels
+    beside = bake(context, compared, samples)
+    if not beside.mask.any():
+        raise InputError(f"{compared.name}: no texel is covered here and in Cycles; compare with a larger image")
     captions = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
-    write_image(path, comparison_image(ours.values, cycles.values, mask, captions), depth=8)
-    entry = comparison_entry(compare(ours.values, cycles.values, mask), samples, cycles.seconds, other, path)
+    write_image(path, comparison_image(beside.ours, beside.cycles, beside.mask, captions), depth=8)
+    figures = compare(beside.ours, beside.cycles, beside.mask)
     reasons = reasons_to_differ(
-        compared.obj,
-        ours.values[mask],
+        _each_once(_surfaces(context, compared.job, ref) for ref in compared.objects),
+        beside.ours[beside.mask],
         samples,
-        other,
-        [compared.obj, *counting],
-        _of_our_own(settings),
-        normal_maps=settings.normal_maps,
+        _each_once(_occluding(context, compared, ref) for ref in compared.objects),
+        [*_of_texels(beside), *_of_the_bake(compared)],
+        normal_maps=settings.normal_maps and not compared.is_from_highs,
     )
-    return {**entry, "reasons": reasons}
+    return {**comparison_entry(figures, samples, beside.seconds, beside.other_owner, path), "reasons": reasons}
 
 
-def _texels_of_another(target: Instance, settings: Settings, mask: Flags) -> int:
-    """How many of the masked texels Cycles gives to another triangle than we do."""
-    uv, size = target.mesh.uv, settings.image.size
-    assert uv is not None  # it has been baked
-    owner = rasterize(target.name, uv, *size, threads=settings.threads).owner
-    return int(np.count_nonzero(mask & (owners_by_centre(uv, *size, threads=settings.threads) != owner)))
+def _each_once(lists: Iterable[list[bpy.types.Object]]) -> list[bpy.types.Object]:
+    return list(dict.fromkeys(obj for each in lists for obj in each))
+
+
+def _texels(context: bpy.types.Context, compared: Compared, samples: int) -> _Beside:
+    """All objects of the image, one after the other."""
+    ours, size, threads = compared.ours, compared.baked.size, compared.job.settings.threads
+    beside = _Beside(ours.values, np.zeros_like(ours.values), np.zeros_like(ours.covered))
+    taken, shared = np.zeros_like(ours.covered), np.zeros_like(ours.covered)
+    for ref, target in zip(compared.objects, compared.targets, strict=True):
+        shown = part_in_tile(target, compared.baked.tile)
+        assert shown.mesh.uv is not None  # it has been baked
+        owner = rasterize(target.name, shown.mesh.uv, *size, threads=threads).owner
+        by_centre = owners_by_centre(shown.mesh.uv, *size, threads=threads)
+        cycles = _bake(context, compared, ref, target, _matched(compared, samples))
+        here = ours.covered & (owner >= 0)
+        both = here & cycles.coverage
+        shared |= taken & (owner >= 0)
+        taken |= owner >= 0
+        beside.cycles[both], beside.mask = cycles.values[both], beside.mask | both
+        beside.seconds += cycles.seconds
+        beside.other_owner += _count(both & (by_centre != owner))
+        if target.name in compared.scene.highs:
+            beside.unseen += _count(here & (by_centre >= 0) & ~cycles.coverage)
+    if beside.mask.any() and not (beside.mask & ~shared).any():
+        raise InputError(f"{compared.name}: its objects lie on one another in the UV map; compare them with new charts")
+    beside.mask &= ~shared
+    return beside
+
+
+def _bake(
+    context: bpy.types.Context, compared: Compared, ref: BlockRef, target: Instance, how: CyclesSettings
+) -> CyclesBake:
+    """One object with Cycles, from its high meshes where it has any."""
+    around, tile = _around(context, compared, ref), compared.baked.tile
+    surfaces = _surfaces(context, compared.job, ref)
+    highs = compared.scene.highs.get(target.name)
+    if highs is None:
+        return bake_ao(context, surfaces[0], how, compared.uv, around=around, tile=tile)
+    return bake_projected(context, projection_onto(target, highs, tile), surfaces, how, around)
+
+
+def _corners(context: bpy.types.Context, compared: Compared, samples: int) -> _Beside:
+    """The corners of the one object's faces."""
+    (ref,), (target,) = compared.objects, compared.targets
+    surfaces, highs = _surfaces(context, compared.job, ref), compared.scene.highs.get(target.name)
+    how, around = _matched(compared, samples), _around(context, compared, ref)
+    return _Beside(*bake_corners(context, target, highs, surfaces, compared.ours, how, around))
+
+
+def _matched(compared: Compared, samples: int) -> CyclesSettings:
+    settings = compared.job.settings
+    threads = settings.threads or os.cpu_count() or 1
+    return CyclesSettings(compared.baked.size, samples, settings.rays.distance, threads, settings.seed)
+
+
+def _around(context: bpy.types.Context, compared: Compared, ref: BlockRef) -> Surroundings:
+    """Who occludes an object, as in our bake of it."""
+    occluding = set(_occluding(context, compared, ref))
+    hidden = [obj for obj in synced(view_layer_in(context)) if obj not in occluding]
+    ground = next((each for each in compared.scene.occluders if each.belongs_to == GROUND), None)
+    return Surroundings(hidden, ground)
+
+
+def _occluding(context: bpy.types.Context, compared: Compared, ref: BlockRef) -> list[bpy.types.Object]:
+    """The objects that block light for one that is baked."""
+    job, baked = compared.job, {target.name for target in compared.scene.targets}
+    owners = [ref] if job.occluding.alone else [each for each in job.objects if each.label in baked]
+    own = {surface.uid for each in owners for surface in _surface_refs(job, each)}
+    objects = synced(view_layer_in(context))
+    return [obj for obj in objects if job.occluding.counts(obj.session_uid, own=obj.session_uid in own)]
+
+
+def _surfaces(context: bpy.types.Context, job: BakeJob, ref: BlockRef) -> list[bpy.types.Object]:
+    """The objects whose surface is baked: itself, or its high meshes. Raises InputError for one that is gone."""
+    objects, found = synced(view_layer_in(context)), []
+    for each in _surface_refs(job, ref):
+        if (obj := find(objects, each)) is None:
+            raise InputError(f"{each.label}: removed during the bake; compare another")
+        found.append(obj)
+    return found
+
+
+def _surface_refs(job: BakeJob, ref: BlockRef) -> Sequence[BlockRef]:
+    return job.highs[ref].meshes if ref in job.highs else [ref]
+
+
+def _of_texels(beside: _Beside) -> Iterator[str]:
+    """On texels that the two give to different places."""
+    if beside.other_owner:
+        yield (
+            f"Edges: {beside.other_owner} texels show another triangle in Cycles, which looks at their middle; here "
+            "the one that covers most of them counts"
+        )
+    if beside.unseen:
+        yield f"Reach: {beside.unseen} texels see a high mesh here and none in Cycles, whose rays start lower"
+
+
+def _of_the_bake(compared: Compared) -> Iterator[str]:
+    """On how it was baked."""
+    if compared.is_from_highs:
+        yield "Rays: Cycles' end at a high mesh's first face, back or front; here they go on to one that faces them"
+        yield (
+            "Points: a corner sees the high mesh from one point of its part here, and from many in Cycles"
+            if compared.job.layout.corners
+            else "Points: where a chart's edge cuts a texel, the high mesh is seen from the middle of its covered part "
+            "here, in Cycles from its own middle"
+        )
+    if compared.job.layout.corners:
+        yield (
+            "Colors: Cycles' own bake into color attributes looks from each corner alone, ours is the mean over the "
+            "parts of the faces nearest to it; Cycles was given the same parts"
+        )
+    yield from (f"Settings: {what}, which Cycles' bake has not" for what in _of_our_own(compared.job.settings))
 
 
 def _of_our_own(settings: Settings) -> list[str]:
@@ -112,3 +252,7 @@ def _how_far(settings: Settings) -> str:
     """How far a bake goes, for captions: "64 rays" or "error 0.0039"."""
     goal = settings.goal
     return f"{goal.rays} rays" if goal.error is None else f"error {goal.error:.4f}"
+
+
+def _count(texels: Flags) -> int:
+    return int(np.count_nonzero(texels))

@@ -10,13 +10,15 @@ import time
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ...core.base.arrays import Flags, Floats
+from ...core.base.arrays import Flags, Floats, Ints
 from ...core.base.errors import InputError
+from ...core.charts.udim import corner_of
 from ...core.scene.scene import Instance
 from ..read.bake_operator import INTO_IMAGE, with_texture
 from ..read.blender_state import bake_override, object_mode, passing_object, silenced, synced, temporary_attributes
@@ -48,41 +50,70 @@ class CyclesSettings:
     seed: int
 
 
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Who occludes. hidden: objects that occlude nothing, nor do instances of them. ground: occludes beside what is in
+    the scene."""
+
+    hidden: Collection[bpy.types.Object] = ()
+    ground: Instance | None = None
+
+
+WHOLE_SCENE = Surroundings()
+
+
 def bake_ao(
     context: bpy.types.Context,
     obj: bpy.types.Object,
     settings: CyclesSettings,
     uv: str | None = None,
     *,
-    hidden: Collection[bpy.types.Object] = (),
-    ground: Instance | None = None,
+    around: Surroundings = WHOLE_SCENE,
+    tile: int | None = None,
 ) -> CyclesBake:
     """Bake the object's ambient occlusion with Cycles and put everything back, also after a failure.
 
-    uv: the UV map, by default the active one. hidden: objects that occlude nothing, nor do instances of them. ground:
-    occludes beside what is in the scene. Raises InputError, a line naming the object, where Cycles refuses or is not
-    enabled.
+    uv: the UV map, by default the active one. tile: of a UDIM layout, None for the unit square. Raises InputError, a
+    line naming the object, where Cycles refuses or is not enabled.
     """
     _check(context, obj, uv)
+    with set_up(context, obj.name, settings, around) as (stack, image):
+        stack.enter_context(_local_mesh(obj))
+        stack.enter_context(_materials(obj, image))
+        if tile is not None:
+            stack.enter_context(_moved_from(tile, obj, uv))
+        seen_as_it_is(stack, obj)
+        stack.enter_context(bake_override(context, obj, scene_in(context), view_layer_in(context)))
+        seconds = run_bake(obj.name, uv_layer=uv or "")
+        return baked_into(image, seconds)
+
+
+@contextmanager
+def set_up(
+    context: bpy.types.Context, name: str, settings: CyclesSettings, around: Surroundings
+) -> Iterator[tuple[ExitStack, bpy.types.Image]]:
+    """All but the object for a bake into an image, which is given, as is what puts everything back. name: of what is
+    baked, for messages."""
     with ExitStack() as stack:
         stack.enter_context(object_mode(context))
         stack.enter_context(silenced("object_bake_pre", "object_bake_complete", "object_bake_cancel"))
         image = stack.enter_context(_image(settings.size))
         world = stack.enter_context(_world(UNLIMITED if settings.distance is None else settings.distance))
-        stack.enter_context(_local_mesh(obj))
-        stack.enter_context(_materials(obj, image))
-        scene, view_layer = scene_in(context), view_layer_in(context)
-        if ground is not None:
-            stack.enter_context(_standing(scene, ground))
-        for other in hidden:
-            temporary_attributes(stack, other, visible_shadow=False)
-        _match(stack, scene, obj, settings)
+        scene = scene_in(context)
+        if around.ground is not None:
+            mesh = new_mesh(around.ground.name, around.ground.mesh.vertices, around.ground.mesh.triangles)
+            ground = stack.enter_context(passing_object(scene, mesh))
+            ground.matrix_world = Matrix(around.ground.matrix.tolist())
+        for hidden in around.hidden:
+            temporary_attributes(stack, hidden, visible_shadow=False)
+        _match(stack, scene, name, settings)
         temporary_attributes(stack, scene, world=world)
-        stack.enter_context(bake_override(context, obj, scene, view_layer))
-        seconds = _bake(obj, uv)
-        values = _pixels(image)
-    coverage = values != UNTOUCHED
-    return CyclesBake(np.where(coverage, values, np.float32(0.0)), coverage, seconds)
+        yield stack, image
+
+
+def seen_as_it_is(stack: ExitStack, obj: bpy.types.Object) -> None:
+    """A surface that is baked: rays start on it, and not off smooth low-poly faces."""
+    temporary_attributes(stack, obj, shadow_terminator_geometry_offset=0.0, hide_viewport=False)
 
 
 def _check(context: bpy.types.Context, obj: bpy.types.Object, uv: str | None) -> None:
@@ -97,13 +128,12 @@ def _check(context: bpy.types.Context, obj: bpy.types.Object, uv: str | None) ->
         )
 
 
-def _match(stack: ExitStack, scene: bpy.types.Scene, obj: bpy.types.Object, settings: CyclesSettings) -> None:
+def _match(stack: ExitStack, scene: bpy.types.Scene, name: str, settings: CyclesSettings) -> None:
     """Cycles' settings for a plain mean of so many rays a texel, on as many threads as ours."""
-    _choose_cycles(stack, scene, obj.name)
+    _choose_cycles(stack, scene, name)
     temporary_attributes(stack, scene.render, threads_mode="FIXED", threads=settings.threads, use_motion_blur=False)
     temporary_attributes(stack, scene.render, use_bake_multires=False)
     temporary_attributes(stack, scene.render.bake, use_multires=False)
-    temporary_attributes(stack, obj, shadow_terminator_geometry_offset=0.0, hide_viewport=False)
     cycles = scene.cycles
     temporary_attributes(
         stack,
@@ -129,21 +159,27 @@ def _choose_cycles(stack: ExitStack, scene: bpy.types.Scene, name: str) -> None:
         ) from error
 
 
-def _bake(obj: bpy.types.Object, uv: str | None) -> float:
-    """Run the operator and return its seconds. The image keeps what it holds where Cycles bakes nothing."""
+def run_bake(name: str, **options: Any) -> float:
+    """Run the operator and return its seconds. The image keeps what it holds where Cycles bakes nothing.
+
+    name: of what is baked, for messages. options: of the operator. Raises InputError.
+    """
     start = time.perf_counter()
     try:
-        outcome = bpy.ops.object.bake(
-            type="AO",
-            **INTO_IMAGE,
-            uv_layer=uv or "",
-        )
+        outcome = bpy.ops.object.bake(type="AO", **{**INTO_IMAGE, **options})
     except RuntimeError as error:
-        raise InputError(f"{obj.name}: Cycles cannot bake it: {_one_line(error)}") from error
+        raise InputError(f"{name}: Cycles cannot bake it: {_one_line(error)}") from error
     seconds = time.perf_counter() - start
     if outcome != {"FINISHED"}:
-        raise InputError(f"{obj.name}: Cycles gave up the bake without a reason; see Blender's console")
+        raise InputError(f"{name}: Cycles gave up the bake without a reason; see Blender's console")
     return seconds
+
+
+def baked_into(image: bpy.types.Image, seconds: float) -> CyclesBake:
+    """What the bake has left in the image."""
+    values = _pixels(image)
+    coverage = values != UNTOUCHED
+    return CyclesBake(np.where(coverage, values, np.float32(0.0)), coverage, seconds)
 
 
 def _one_line(error: Exception) -> str:
@@ -179,14 +215,29 @@ def _world(distance: float) -> Iterator[bpy.types.World]:
         bpy.data.worlds.remove(world)
 
 
+def new_mesh(name: str, vertices: Floats, triangles: Ints) -> bpy.types.Mesh:
+    """Of plain arrays: (V, 3) float32 and (T, 3) int32."""
+    mesh = bpy.data.meshes.new(name)
+    mesh.vertices.add(len(vertices))
+    mesh.vertices.foreach_set("co", np.ascontiguousarray(vertices).reshape(-1))
+    mesh.loops.add(triangles.size)
+    mesh.loops.foreach_set("vertex_index", np.ascontiguousarray(triangles).reshape(-1))
+    mesh.polygons.add(len(triangles))
+    mesh.polygons.foreach_set("loop_start", np.arange(0, triangles.size, 3, dtype=np.int32))
+    mesh.update(calc_edges=True)
+    return mesh
+
+
 @contextmanager
-def _standing(scene: bpy.types.Scene, instance: Instance) -> Iterator[None]:
-    """A mesh of the core's as an object of the scene, for the time."""
-    mesh = bpy.data.meshes.new(instance.name)
-    mesh.from_pydata(instance.mesh.vertices.tolist(), [], instance.mesh.triangles.tolist())
-    with passing_object(scene, mesh) as obj:
-        obj.matrix_world = Matrix(instance.matrix.tolist())
+def _moved_from(tile: int, obj: bpy.types.Object, uv: str | None) -> Iterator[None]:
+    """Its UVs as a tile of theirs has them, after all that modifiers do; Cycles bakes into the unit square alone."""
+    warp: Any = obj.modifiers.new("Occlusion Bake", "UV_WARP")
+    try:
+        column, row = corner_of(tile)
+        warp.uv_layer, warp.offset = uv or "", (-column, -row)
         yield
+    finally:
+        obj.modifiers.remove(warp)
 
 
 @contextmanager

@@ -11,45 +11,54 @@ from ...core.base.arrays import Floats
 from ..materials.cutouts import MaterialOpacities
 from ..materials.image_pixels import ImagePixels
 from ..materials.normal_maps import MaterialNormalMaps
+from ..typed import mesh_of
 
 
 def reasons_to_differ(
-    target: bpy.types.Object,
+    surfaces: Collection[bpy.types.Object],
     values: Floats,
     samples: int,
-    other_owner: int,
     occluders: Collection[bpy.types.Object],
-    of_our_own: Collection[str] = (),
+    of_this_bake: Collection[str] = (),
     *,
     normal_maps: bool = False,
 ) -> list[str]:
-    """A line for each. target: the baked object. values: (N,) float32, our AO of the compared texels. other_owner:
-    texels that Cycles gives to another triangle. occluders: the objects that block light. of_our_own: settings
-    that Cycles lacks. normal_maps: whether those of its materials turned its normals."""
+    """A line for each. surfaces: the objects that are seen in the image. values: (N,) float32, our AO of the compared
+    texels. occluders: the objects that block light. of_this_bake: lines on what else is known. normal_maps: whether
+    those of the surfaces' materials turned their normals."""
     noise = float(np.sqrt(np.mean(values * (1.0 - values), dtype=np.float64) / samples))
     lines = [f"Noise: Cycles' {samples} samples alone may make an RMSE of up to {noise:.4f}"]
-    if other_owner:
-        lines.append(
-            f"Edges: {other_owner} texels show another triangle in Cycles, which looks at their middle; here the one "
-            "that covers most of them counts"
-        )
     if bpy.app.version < (5, 0):
+        if any(_is_smooth_in_parts(obj) for obj in surfaces):
+            lines.append(
+                "Normals: Cycles before Blender 5 bends smooth faces at their edges to flat ones, too; here they look "
+                "as Blender shows them"
+            )
         lines.append("Footprint: Cycles before Blender 5 samples the middle half of a texel, here the whole of it")
-    lines += [f"Settings: {what}, which Cycles' bake has not" for what in of_our_own]
+    lines += of_this_bake
     pixels = ImagePixels()
-    lines += _of_normals(target, MaterialNormalMaps(pixels=pixels), normal_maps=normal_maps)
+    lines += _of_normals(surfaces, MaterialNormalMaps(pixels=pixels), normal_maps=normal_maps)
     opacities = MaterialOpacities(pixels=pixels)
     for material in _materials(occluders):
         opacities.of(material, lines)
-    if any(opacities.of(material, []).alpha is not None for material in _materials([target])):
+    if any(opacities.of(material, []).alpha is not None for material in _materials(surfaces)):
         lines.append("Transparency: Cycles multiplies AO by the surface's own opacity, which is baked as opaque here")
     return lines
 
 
-def _of_normals(target: bpy.types.Object, normal_maps_of: MaterialNormalMaps, *, normal_maps: bool) -> list[str]:
-    """On what turns the target's normals in Cycles and does not here."""
+def _is_smooth_in_parts(obj: bpy.types.Object) -> bool:
+    mesh = mesh_of(obj)
+    smooth = np.empty(len(mesh.polygons), dtype=np.bool_)
+    mesh.polygons.foreach_get("use_smooth", smooth)
+    return bool(smooth.any() and not smooth.all() and not mesh.has_custom_normals)
+
+
+def _of_normals(
+    surfaces: Collection[bpy.types.Object], normal_maps_of: MaterialNormalMaps, *, normal_maps: bool
+) -> list[str]:
+    """On what turns their normals in Cycles and does not here."""
     lines: list[str] = []
-    found = [normal_maps_of.of(material, lines) for material in _materials([target])]
+    found = [normal_maps_of.of(material, lines) for material in _materials(surfaces)]
     if any(found) and not normal_maps:
         lines += ["Normals: Cycles follows the normal map of the material; switch Normal Maps on to bake by it"]
     return lines

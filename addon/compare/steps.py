@@ -6,7 +6,7 @@ import json
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -15,86 +15,91 @@ from typing import Any
 import bpy
 
 from ...core.base.errors import InputError
-from ...core.charts.udim import Udim
-from ...core.finish.report import object_entry
+from ...core.finish.report import Json, comparison_total, first_of, object_entry
 from ...core.maps.occlusion import AMBIENT
 from ...core.options.values import values_of
 from ...core.progress import Progress
 from ...core.settings import Settings
-from ..charts.chart_job import layer_of
-from ..job.bake_job import BakeJob, Layout, bake_steps
+from ..job.bake_job import BakeJob, bake_steps
 from ..job.outcome import Outcome
 from ..job.runner import Steps
 from ..output.result import Result
-from ..read.block_ref import find
 from ..read.roles import roles_to_json
-from ..typed import view_layer_in
-from .comparison import Compared, compare_with_cycles
+from .comparison import Compared, compare_with_cycles, without_a_bake
 
-Finish = Callable[[bpy.types.Context, dict[str, Any]], None]
+REPORT = "report.json"
+Finish = Callable[[bpy.types.Context, Json], None]
 
 
 def compare_here(context: bpy.types.Context, job: BakeJob, samples: int, progress: Progress, finish: Finish) -> Steps:
-    """In this process; Cycles' part holds the main thread. `finish` gets the report's entry."""
-    alone = to_compare(job)
+    """In this process; Cycles' part holds the main thread. `finish` gets what `compare_into` returns."""
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
-
-        def deliver(result: Result) -> None:
-            entry = object_entry(result.baked, {})
-            obj = find(view_layer_in(context).objects, result.objects[0])
-            if obj is None:
-                raise InputError(f"{result.name}: removed during the bake; compare another")
-            compared = Compared(obj, result.target, result.baked, alone.settings, job.occluding, layer_of(job.uv))
-            cycles = compare_with_cycles(context, compared, samples, Path(folder, "compared.png"))
-            finish(context, {**entry, "cycles": cycles})
-
-        yield from bake_steps(context, alone, progress, Outcome(), deliver)
+        report = yield from compare_into(Path(folder), context, job, samples, progress)
+        finish(context, report)
 
 
 def compare_in_child(
     context: bpy.types.Context, job: BakeJob, samples: int, progress: Progress, finish: Finish
 ) -> Steps:
     """A copy of the file goes to a Blender without a window, which runs the command; this one only waits."""
-    job = to_compare(job)
-    with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
-        copy, values, report = (Path(folder, name) for name in ("scene.blend", "values.json", "report.json"))
-        progress.enter(f"{job.objects[0].label}: comparing")
+    with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as place:
+        folder = Path(place)
+        copy, values = folder / "scene.blend", folder / "values.json"
+        progress.enter(f"{first_of([ref.label for ref in job.objects], 1)}: comparing")
         bpy.ops.wm.save_as_mainfile(filepath=str(copy), copy=True, check_existing=False)
-        handed_on = child_values(job, samples, Path(folder), report)
-        values.write_text(json.dumps(handed_on), encoding="utf-8")
+        values.write_text(json.dumps(child_values(job, samples, folder)), encoding="utf-8")
         extension = __package__.rsplit(".", 2)[0]
         command = [bpy.app.binary_path, "-b", str(copy), "--addons", extension]
         command += ["-c", "occlusion_bake", "--values", str(values)]
-        yield lambda: _wait_for(command, Path(folder, "log"), progress)
-        finish(context, json.loads(report.read_text(encoding="utf-8"))["objects"][0])
+        yield lambda: _wait_for(command, folder / "log", progress)
+        finish(context, json.loads((folder / REPORT).read_text(encoding="utf-8")))
+
+
+def compare_into(
+    folder: Path, context: bpy.types.Context, job: BakeJob, samples: int, progress: Progress
+) -> Generator[Callable[[], Any], Any, Json]:
+    """Bake and compare each object, the pictures into a folder.
+
+    Returns objects: an entry for each image as reports have them, with `cycles`; total: of all, if they are several;
+    lines: what is to be told of all. Raises as the bake, and InputError where nothing can be compared.
+    """
+    outcome, entries, uncompared = Outcome(), list[Json](), list[str]()
+    alone = replace(job, settings=ao_alone(job.settings))
+
+    def deliver(result: Result) -> None:
+        compared = Compared.of(result, alone, outcome)
+        try:
+            cycles = compare_with_cycles(context, compared, samples, folder / f"{len(entries)}.png")
+        except InputError as refusal:  # the others go on
+            uncompared.append(str(refusal))
+        else:
+            entries.append({**object_entry(result.baked, {}), "cycles": cycles})
+
+    yield from bake_steps(context, alone, progress, outcome, deliver)
+    if not entries:
+        raise InputError(uncompared[0])
+    lines = [*without_a_bake(job.settings), *outcome.notes, *outcome.refused, *uncompared]
+    return {"objects": entries, "total": comparison_total(entries) if len(entries) > 1 else {}, "lines": lines}
+
+
+def child_values(job: BakeJob, samples: int, folder: Path) -> Json:
+    """The command's options, as JSON has them, with which it does `compare_into` for this job and leaves what that
+    returns in the folder, as REPORT."""
+    return {
+        **values_of(ao_alone(job.settings)),
+        "roles": roles_to_json(job.objects, job.highs, job.occluding),
+        "udim": job.layout.udim.value,
+        "atlas": job.layout.atlas or None,
+        "uv": job.uv,
+        "comparison": str(folder),
+        "cycles_samples": samples,
+        **({"color_attributes": str(folder / "unused.blend")} if job.layout.corners else {}),
+    }
 
 
 def ao_alone(settings: Settings) -> Settings:
     """What is compared of a bake: its AO, without margins."""
     return replace(settings, maps=(AMBIENT,), image=replace(settings.image, margin=0))
-
-
-def to_compare(job: BakeJob) -> BakeJob:
-    """The first object alone in an image. Raises InputError for one that is baked from others."""
-    first = job.objects[0]
-    if first in job.highs:
-        raise InputError(
-            f"{first.label}: a comparison is of an object's own surface; set High to Low > From to Own Surface"
-        )
-    return replace(job, objects=(first,), settings=ao_alone(job.settings), layout=Layout(udim=Udim.STACKED))
-
-
-def child_values(job: BakeJob, samples: int, folder: Path, report: Path) -> dict[str, Any]:
-    """The command's options, as JSON has them, for a job as `to_compare` gives it, and a comparison."""
-    return {
-        **values_of(job.settings),
-        "roles": roles_to_json(job.objects, job.highs, job.occluding),
-        "udim": Udim.STACKED.value,
-        "uv": job.uv,
-        "folder": str(folder),
-        "report": str(report),
-        "cycles_samples": samples,
-    }
 
 
 def _wait_for(command: list[str], log: Path, progress: Progress) -> None:

@@ -127,8 +127,7 @@ def _bake_all(refs: Sequence[BlockRef], job: BakeJob, progress: Progress, outcom
             outcome.finish(ref)
     if in_atlas:
         whole: Baked = yield partial(atlas.finish, job.settings.image.margin)
-        name = job.layout.atlas
-        deliver(Result(name, tuple(in_atlas), tuple(in_atlas.values()), whole, atlas=name))
+        deliver(Result(job.layout.atlas, tuple(in_atlas), tuple(in_atlas.values()), whole))
         for ref in in_atlas:
             if outcome.states[ref] != REFUSED:
                 outcome.finish(ref)

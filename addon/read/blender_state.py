@@ -55,11 +55,16 @@ def silenced(*names: str) -> Iterator[None]:
 
 @contextmanager
 def bake_override(
-    context: bpy.types.Context, obj: bpy.types.Object, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer
+    context: bpy.types.Context,
+    obj: bpy.types.Object,
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    more: Sequence[bpy.types.Object] = (),
 ) -> Iterator[None]:
-    """Let operators take `obj` for the active and only selected object, whatever the artist has selected or hidden."""
+    """Let operators take `obj` for the active object, and it and `more` alone for selected, whatever the artist has
+    selected or hidden."""
     with context.temp_override(
-        scene=scene, view_layer=view_layer, active_object=obj, object=obj, selected_objects=[obj]
+        scene=scene, view_layer=view_layer, active_object=obj, object=obj, selected_objects=[*more, obj]
     ):
         yield
 

@@ -176,7 +176,7 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
 
 
 class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
-    """Bake the active mesh's AO here and with Cycles, settings matched, and show both times and the difference"""
+    """Bake AO of the selected meshes here and with Cycles, settings matched, and show both times and the difference"""
 
     bl_idname = "occlusion_bake.compare"
     bl_label = "Compare with Cycles"
@@ -184,31 +184,22 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         job = request_from_panel(context).job
-        active = view_layer_in(context).objects.active
-        ref = next(
-            (each for each in job.objects if active is not None and each.uid == active.session_uid), job.objects[0]
-        )
         show_lines(context, [])
         # A child Blender bakes beside the window; Blender as a module has no program to start.
         compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
         samples = settings_in(context).cycles_samples
-        one = replace(job, objects=(ref,))
-        with chart_rollback(view_layer_in(context), one.objects, []):
-            yield from compared(context, one, samples, progress, self._finish)
+        with chart_rollback(view_layer_in(context), job.objects, []):
+            yield from compared(context, job, samples, progress, self._finish)
 
-    def _finish(self, context: bpy.types.Context, entry: dict[str, Any]) -> None:
-        cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, AMBIENT.name)
-        show_in_editor(context, show_picture(f"{entry['name']} Comparison", cycles["picture"]))
-        lines = [
-            say("Occlusion Bake {:.2f} s, {:.1f} rays a texel, error {}", ours, rays_per_texel(entry), error),
-            say("Cycles {:.2f} s, {} samples", cycles["seconds"], cycles["samples"]),
-            say("A sample takes {:.1f} times as long as a ray", times_as_long(entry)),
-            say("RMSE {:.5f}, bias {:+.5f}, p99 {:.5f}", cycles["rmse"], cycles["bias"], cycles["p99"]),
-            say("Picture: {}", f"{entry['name']} Comparison"),
-            *cycles["reasons"],
-        ]
-        add_lines(context, lines)
-        self.report({"INFO"}, "; ".join(lines[:4]))
+    def _finish(self, context: bpy.types.Context, report: dict[str, Any]) -> None:
+        entries = report["objects"]
+        pictures = [show_picture(_picture_name(entry), entry["cycles"]["picture"]) for entry in entries]
+        show_in_editor(context, pictures[0])
+        said = _told_alone(entries[0]) if len(entries) == 1 else _told_together(entries, report["total"])
+        add_lines(context, [*report["lines"], *said])
+        for line in report["lines"]:
+            self.report({"WARNING"}, line)
+        self.report({"INFO"}, "; ".join(said[:4]) if len(entries) == 1 else said[0])
 
 
 class OCCLUSION_BAKE_OT_select_overlap(bpy.types.Operator):
@@ -361,6 +352,52 @@ def result_lines(baked: Baked) -> list[str]:
         ),
         say("Error: {}", errors),
     ]
+
+
+def _told_alone(entry: dict[str, Any]) -> list[str]:
+    """What the panel says of a comparison of one image."""
+    cycles, ours, error = entry["cycles"], entry["seconds"]["total"], error_in_words(entry, AMBIENT.name)
+    return [
+        say("Occlusion Bake {:.2f} s, {:.1f} rays a texel, error {}", ours, rays_per_texel(entry), error),
+        say("Cycles {:.2f} s, {} samples", cycles["seconds"], cycles["samples"]),
+        say("A sample takes {:.1f} times as long as a ray", times_as_long(entry)),
+        _agreement(cycles),
+        say("Picture: {}", _picture_name(entry)),
+        *cycles["reasons"],
+    ]
+
+
+def _told_together(entries: Sequence[dict[str, Any]], total: dict[str, Any]) -> list[str]:
+    """The same of several: all, each, and of each kind of reason to differ the first."""
+    seconds = "Occlusion Bake {:.2f} s, Cycles {:.2f} s, {} samples"
+    reasons: dict[str, str] = {}
+    for entry in entries:
+        for line in entry["cycles"]["reasons"]:
+            reasons.setdefault(line.partition(":")[0], f"{_called(entry)}: {line}")
+    return [
+        "; ".join(
+            [
+                say("{} images together", total["images"]),
+                say(seconds, total["own_seconds"], total["seconds"], total["samples"]),
+                _agreement(total),
+            ]
+        ),
+        *(f"{_called(entry)}: {_agreement(entry['cycles'])}" for entry in entries),
+        say("Pictures: {}", first_of([_picture_name(entry) for entry in entries], _NAMED)),
+        *reasons.values(),
+    ]
+
+
+def _called(entry: dict[str, Any]) -> str:
+    return f"{entry['name']} {entry['tile']}" if "tile" in entry else str(entry["name"])
+
+
+def _picture_name(entry: dict[str, Any]) -> str:
+    return f"{_called(entry)} Comparison"
+
+
+def _agreement(cycles: dict[str, Any]) -> str:
+    return say("RMSE {:.5f}, bias {:+.5f}, p99 {:.5f}", cycles["rmse"], cycles["bias"], cycles["p99"])
 
 
 def _occluders_line(names: list[str]) -> str:

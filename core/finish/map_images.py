@@ -32,11 +32,6 @@ def pictures(name: str, made: BakedMap) -> Iterator[tuple[str, Floats]]:
         yield f"{name}_{number}", part
 
 
-def picture_file(path: Path, number: int, tile: str) -> Path:
-    """One of the pictures of a code. tile: as `write_code` has it."""
-    return path.with_name(f"{path.stem.removesuffix(tile)}_{number}{tile}{path.suffix}")
-
-
 def write_code(
     path: Path, made: BakedMap, code: DirectionalFormat, *, tile: str, depth: int, metadata: Metadata
 ) -> list[Path]:
@@ -49,10 +44,10 @@ def write_code(
     if names_channels(path):
         write_image(path, made.values, depth=depth, metadata=metadata, channels=channel_names(code))
         return [path]
-    most, files = (1 << depth) - 1, list[Path]()
+    stem, most, files = path.stem.removesuffix(tile), (1 << depth) - 1, []
     low, high = (each.tolist() for each in ranges(code))
     for number, picture in enumerate(to_images(made.values, code, depth)):
-        files.append(picture_file(path, number, tile))
+        files.append(path.with_name(f"{stem}_{number}{tile}{path.suffix}"))
         four = slice(_MOST_CHANNELS * number, _MOST_CHANNELS * (number + 1))
         told = {**metadata, "low": str(low[four]), "high": str(high[four])}
         write_image(files[-1], picture.astype(np.float32) / np.float32(most), depth=depth, metadata=told)

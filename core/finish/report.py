@@ -78,6 +78,26 @@ def comparison_entry(comparison: Comparison, samples: int, seconds: float, other
     }
 
 
+def comparison_total(entries: Iterable[Json]) -> Json:
+    """All comparisons of these entries of objects together; nothing where there are none. p99 is the largest of theirs,
+    and so a bound. own_seconds: of our bakes."""
+    compared = [entry for entry in entries if "cycles" in entry]
+    cycles = [entry["cycles"] for entry in compared]
+    if not cycles:
+        return {}
+    texels = np.array([each["texels"] for each in cycles], dtype=np.float64)
+    return {
+        "images": len(cycles),
+        "samples": cycles[0]["samples"],
+        "seconds": sum(each["seconds"] for each in cycles),
+        "own_seconds": sum(entry["seconds"]["total"] for entry in compared),
+        "texels": int(texels.sum()),
+        "rmse": float(np.sqrt(np.average([each["rmse"] ** 2 for each in cycles], weights=texels))),
+        "bias": float(np.average([each["bias"] for each in cycles], weights=texels)),
+        "p99": max(each["p99"] for each in cycles),
+    }
+
+
 def times_as_long(entry: Json) -> float:
     """How much longer a sample takes Cycles than a ray takes here, all stages of both counted: the two seldom take as
     many."""

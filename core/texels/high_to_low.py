@@ -93,6 +93,16 @@ def _rays(
     return starts, places
 
 
+def corner_starts(target: Instance, highs: HighPoly, origin: Doubles) -> tuple[Floats, Floats]:
+    """The corners of a target's triangles about `origin`, and where rays would start above them: on its cage, or so far
+    off as highs are looked for; (T, 3, 3) float32 each. Raises InputError for a cage that is none."""
+    low = world_surface(target, origin)
+    corners = low.vertices[low.triangles]
+    if highs.cage is not None:
+        return corners, _cage_of(target, highs.cage, origin)[low.triangles]
+    return corners, corners + np.float32(highs.extrusion or extrusion_of(target)) * _flowing_normals(low)
+
+
 def extrusion_of(target: Instance) -> float:
     """How far highs are looked for, where nobody says."""
     low, high = bounds_of(target)

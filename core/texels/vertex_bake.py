@@ -13,12 +13,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base.arrays import Floats, Longs
+from ..base.arrays import Doubles, Flags, Floats, Longs, Reals
 from ..base.errors import InputError
 from ..scene.scene import Instance, Mesh, Scene
 
 MOST_TRIANGLES = 1 << 28  # the image's sides are at most 65536
 _ALIKE = 1e-3  # normals that differ by less are one
+_BEYOND = 0.01  # of a texel: so that middles on the edge of a triangle lie within it
 
 
 def corner_image(triangles: int) -> tuple[int, int]:
@@ -51,10 +52,7 @@ def with_corner_cells(scene: Scene) -> Scene:
 
 def _with_cells(mesh: Mesh) -> Mesh:
     count = len(mesh.triangles)
-    width, height = corner_image(count)
-    x, y = _cells(count, width)
-    place = np.stack([np.stack([x, x + 2, x], axis=1) / width, 1.0 - np.stack([y, y, y + 2], axis=1) / height], axis=2)
-    return replace(mesh, uv=place.astype(np.float32))
+    return replace(mesh, uv=_cell_uv(count, *corner_image(count)))
 
 
 def corner_values(values: Floats, mesh: Mesh) -> Floats:
@@ -62,20 +60,74 @@ def corner_values(values: Floats, mesh: Mesh) -> Floats:
 
     Corners count by the area of their triangle.
     """
-    x, y = _cells(len(mesh.triangles), values.shape[1])
-    parts = np.stack([values[y, x], values[y, x + 1], values[y + 1, x]], axis=1).astype(np.float64)
+    return shared_values(values[corner_texels(values.shape[1], len(mesh.triangles))], mesh)
+
+
+def shared_values(parts: Reals, mesh: Mesh) -> Floats:
+    """(T, 3) means over the corners' parts → (T, 3), one value for all corners that share vertex and normal."""
     areas = np.linalg.norm(mesh.doubled_areas, axis=1)[:, None].repeat(3, axis=1)
     areas = np.maximum(areas, 1e-30 * max(float(areas.max(initial=0.0)), 1e-30))
     _, group = np.unique(_keys(mesh).reshape(-1), return_inverse=True)
-    sums = np.bincount(group, (parts * areas).reshape(-1)) / np.bincount(group, areas.reshape(-1))
+    sums = np.bincount(group, (parts.astype(np.float64) * areas).reshape(-1)) / np.bincount(group, areas.reshape(-1))
     shared: Floats = sums[group].reshape(-1, 3).astype(np.float32)
     return shared
 
 
-def _cells(count: int, width: int) -> tuple[Longs, Longs]:
+def corner_texels(width: int, triangles: int) -> tuple[Longs, Longs]:
+    """Rows and columns, (T, 3) each, of the texels that are the triangles' corners in an image of this width."""
+    x, y = _cells(triangles, width)
+    return np.stack([y, y, y + 1], axis=1), np.stack([x, x + 1, x], axis=1)
+
+
+class FineCells:
+    """The same corners where a texel is looked at in its middle alone, if at all: in larger cells, of many texels each.
+
+    side: of a cell, in texels, a multiple of two.
+    """
+
+    def __init__(self, triangles: int, side: int) -> None:
+        width, height = corner_image(triangles)
+        self._count, self._side = triangles, side
+        self.size = width // 2 * side, height // 2 * side
+        self.uv = _cell_uv(triangles, *self.size, side, beyond=_BEYOND)
+
+    @property
+    def texels_of_a_corner(self) -> float:
+        """How many it is a mean over, at least."""
+        return self._side**2 / 8
+
+    def parts(self, values: Floats, covered: Flags) -> Doubles:
+        """(H, W) values of an image of this size → (T, 3) means over the covered texels of each corner's part; not
+        finite where none is. A texel that the triangle's edge cuts counts half."""
+        side, half = self._side, self._side // 2
+        across, down = self.size[0] // side, self.size[1] // side
+        i, j = np.meshgrid(np.arange(side), np.arange(side))
+        weight = np.where(i + j < side - 1, 1.0, np.where(i + j == side - 1, 0.5, 0.0))
+        corner = np.stack([(i < half) & (j < half), i >= half, j >= half]) * weight
+
+        def sums(image: Doubles) -> Doubles:
+            cells = image.reshape(down, side, across, side)
+            found: Doubles = np.einsum("yjxi,cji->yxc", cells, corner).reshape(-1, 3)[: self._count]
+            return found
+
+        with np.errstate(invalid="ignore"):
+            means: Doubles = sums(np.where(covered, values, 0.0).astype(np.float64)) / sums(covered.astype(np.float64))
+        return means
+
+
+def _cells(count: int, width: int, side: int = 2) -> tuple[Longs, Longs]:
     """The upper left texel of each triangle's cell."""
     index = np.arange(count, dtype=np.int64)
-    return 2 * (index % (width // 2)), 2 * (index // (width // 2))
+    return side * (index % (width // side)), side * (index // (width // side))
+
+
+def _cell_uv(count: int, width: int, height: int, side: int = 2, beyond: float = 0.0) -> Floats:
+    """(T, 3, 2) UVs of triangles that are half a cell each. beyond: how much longer their legs are, in texels."""
+    x, y = _cells(count, width, side)
+    leg = side + beyond
+    place = [np.stack([x, x + leg, x], axis=1) / width, 1.0 - np.stack([y, y, y + leg], axis=1) / height]
+    uv: Floats = np.stack(place, axis=2).astype(np.float32)
+    return uv
 
 
 def _keys(mesh: Mesh) -> Longs:

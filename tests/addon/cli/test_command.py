@@ -94,11 +94,38 @@ def test_a_comparison_is_in_the_report_and_not_in_the_time(bake: Any) -> None:
     assert floor["seconds"]["total"] <= report["seconds"]["total"]
 
 
+def test_what_cycles_has_no_bake_for_is_said_and_ao_compared(bake: Any) -> None:
+    """Two objects in an atlas, of which RO is asked for alone."""
+    floor_and_wall()
+    blender.plane("Roof", location=(0, 0, 1))
+    run = bake(
+        "--objects", "Floor", "Roof", "--atlas", "Sheet", "--uv", "charts", "--maps", "ro", "--compare-cycles", "4"
+    )
+    assert run.status == 0, run.err
+    assert "Cycles has no bake of RO 10; AO is compared" in run.lines
+    (sheet,) = run.report["objects"]
+    assert (sheet["mean"].keys(), sheet["files"].keys()) == ({"ro_10"}, {"ro_10"})
+    assert sheet["cycles"]["samples"] == 4 and "cycles" not in run.report
+    assert {"Sheet_ro_10.png", "Sheet_ao_compared.png"} < set(run.files) and "Sheet_ao.png" not in run.files
+
+
+def test_a_batch_of_color_attributes_has_a_total(bake: Any, tmp_path: Path) -> None:
+    blender.cube("Box")
+    blender.plane("Floor", location=(0, 0, -1.1))
+    run = bake("--color-attributes", str(tmp_path / "colours.blend"), "--compare-cycles", "4")
+    assert run.status == 0, run.err
+    box, floor = run.report["objects"]
+    total = run.report["cycles"]
+    assert (total["images"], total["texels"]) == (2, box["cycles"]["texels"] + floor["cycles"]["texels"])
+    assert any(line.startswith("2 images together: ") for line in run.out.splitlines())
+    assert {"Box_ao_compared.png", "Floor_ao_compared.png"} < set(run.files)
+
+
 def test_one_that_cycles_would_not_bake_does_not_stop_the_others(bake: Any) -> None:
     blender.plane("Speck", uv=((0.01, 0.01), (0.012, 0.01), (0.012, 0.012), (0.01, 0.012)))
     blender.plane("Floor", location=(0, 0, 1))
     run = bake("--objects", "Speck", "Floor", "--compare-cycles", "1")
-    assert run.status == 2 and run.complaint.startswith("1 of 2 objects not compared; Speck: ")
+    assert run.status == 2 and run.complaint.startswith("1 of 2 images not compared; Speck: ")
     assert {"Speck_ao.png", "Floor_ao.png"} <= set(run.files)
     speck, floor = run.report["objects"]
     assert "cycles" not in speck and floor["cycles"]["samples"] == 1
@@ -515,7 +542,6 @@ def test_no_uvs_and_no_xatlas(start: Any, tmp_path: Path) -> None:
         (("--depth", "12"), "12"),
         (("--margin", "-1"), "margin -1"),
         (("--threads", "-1"), "threads -1"),
-        (("--maps", "ro", "--compare-cycles"), "add ao"),
         (("--compare-cycles", "0"), "--compare-cycles 0"),
         (("--compare-cycles", "-3"), "--compare-cycles -3"),
         (("--coverage", "//out/coverage.jpg"), "coverage.jpg"),

@@ -44,7 +44,6 @@ def test_ao_into_the_red_of_an_orm(bake: Any, orm: Path) -> None:
         (("--into", "{orm}:A"), "it has no channel A"),
         (("--into", "{orm}:R", "--size", "32"), "it is 64x64 and the bake 32x32"),
         (("--into", "{orm}:R", "--maps", "ao", "ro"), "a channel takes one grey map of one object"),
-        (("--into", "{orm}:R", "--compare-cycles"), "--compare-cycles compares images of their own"),
         (("--into", "{orm}:R", "--color-attributes", "x.blend"), "--into: color attributes are no images"),
         (("--color-attributes", "x.png"), "end its name in .blend"),
     ],

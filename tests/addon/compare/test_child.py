@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.cli.command import blender_command  # noqa: E402
-from occlusion_bake.addon.compare.steps import child_values, compare_here, to_compare  # noqa: E402
+from occlusion_bake.addon.compare.steps import REPORT, child_values, compare_here  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
 from occlusion_bake.addon.read.block_ref import refs_of  # noqa: E402
@@ -34,8 +34,8 @@ def linked(name: str, folder: Path) -> Any:
 
 def in_child(job: BakeJob, folder: Path) -> Any:
     """The entry of the command that a child Blender would run, in this process on a copy of the file."""
-    copy, values, report = (folder / name for name in ("copy.blend", "values.json", "report.json"))
-    values.write_text(json.dumps(child_values(job, 1, folder, report)), encoding="utf-8")
+    copy, values, report = (folder / name for name in ("copy.blend", "values.json", REPORT))
+    values.write_text(json.dumps(child_values(job, 1, folder)), encoding="utf-8")
     bpy.ops.wm.save_as_mainfile(filepath=str(copy), copy=True)
     bpy.ops.wm.open_mainfile(filepath=str(copy))
     assert blender_command(["--values", str(values)]) == 0
@@ -56,10 +56,10 @@ def test_it_bakes_the_same_object_under_the_same_occluders(tmp_path: Path, name:
     roof = linked(name, tmp_path)
     occluding = OccluderFilter(frozenset({roof.session_uid}))
     settings = flat_settings(width=16, height=16, rays=64, threads=2)
-    job = to_compare(BakeJob(tuple(refs_of([floor])), settings, None, occluding))
+    job = BakeJob(tuple(refs_of([floor])), settings, None, occluding)
     entries: list[Any] = []
     progress = Progress()
-    run(compare_here(bpy.context, job, 1, progress, lambda _, entry: entries.append(entry)), progress)
+    run(compare_here(bpy.context, job, 1, progress, lambda _, report: entries.extend(report["objects"])), progress)
     child = in_child(job, tmp_path)
     assert 0.2 < child["mean"]["ao"] < 0.8  # 0 under the lid, 1 in the open, and about 0.5 under the roof
     assert (child["mean"], child["name"]) == (entries[0]["mean"], name)

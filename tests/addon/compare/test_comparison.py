@@ -9,7 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts.chart_job import CHARTS, layer_of  # noqa: E402
+from occlusion_bake.addon.charts.chart_job import CHARTS  # noqa: E402
 from occlusion_bake.addon.compare.comparison import Compared, compare_with_cycles  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, bake_steps  # noqa: E402
 from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
@@ -26,14 +26,14 @@ pytestmark = pytest.mark.usefixtures("empty_scene")
 def compared(name: str, path: Path, samples: int = 64, uv: str | None = None, **settings: Any) -> Any:
     """The entry of one object."""
     chosen = flat_settings(**{"width": 32, "height": 32, "rays": 256, "threads": 2, **settings})
+    job, outcome = BakeJob(blender.refs(name), chosen, uv), Outcome()
     entries: list[Any] = []
 
     def deliver(result: Any) -> None:
-        what = Compared(bpy.data.objects[name], result.target, result.baked, chosen, uv=layer_of(uv))
-        entries.append(compare_with_cycles(bpy.context, what, samples, path))
+        entries.append(compare_with_cycles(bpy.context, Compared.of(result, job, outcome), samples, path))
 
     progress = Progress()
-    run(bake_steps(bpy.context, BakeJob(blender.refs(name), chosen, uv), progress, Outcome(), deliver), progress)
+    run(bake_steps(bpy.context, job, progress, outcome, deliver), progress)
     return entries[0]
 
 
@@ -111,3 +111,11 @@ def test_what_is_known_to_differ_is_told(tmp_path: Path) -> None:
     entry = compared("Floor", tmp_path / "picture.png", samples=4, distance=1e-3)  # nothing within reach but the edge
     assert 0.0 < noise <= 0.25 and entry["reasons"][0].startswith("Noise: ")
     assert any(line.startswith("Footprint: ") for line in lines) == (bpy.app.version < (5, 0))
+
+
+def test_normals_at_flat_faces_are_told_where_cycles_has_others(tmp_path: Path) -> None:
+    box = blender.cube("Box")
+    for smooth, told in (([False] * 6, False), ([True] * 3 + [False] * 3, bpy.app.version < (5, 0))):
+        box.data.polygons.foreach_set("use_smooth", smooth)
+        lines = compared("Box", tmp_path / "picture.png", samples=1)["reasons"]
+        assert any(line.startswith("Normals: ") for line in lines) == told

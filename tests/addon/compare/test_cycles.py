@@ -383,7 +383,7 @@ def test_normals_are_those_that_cycles_shades_with(
 ) -> None:
     show(bpy.data.objects.new("Bent", bent(smooth, custom)))
     mesh = read("Bent").targets[0].mesh
-    monkeypatch.setattr(module, "_bake", bake_normals)
+    monkeypatch.setattr(module, "run_bake", bake_normals)
     monkeypatch.setattr(module, "_pixels", all_channels)
     shaded = bake("Bent", size=(64, 64), samples=1).values
     assert mesh.uv is not None
@@ -396,7 +396,7 @@ def test_normals_are_those_that_cycles_shades_with(
         np.testing.assert_allclose(texel, normal, atol=0.02)
 
 
-def bake_normals(*_: Any) -> float:
+def bake_normals(*_: Any, **__: Any) -> float:
     bpy.ops.object.bake(
         type="NORMAL", normal_space="OBJECT", target="IMAGE_TEXTURES", save_mode="INTERNAL", margin=0, use_clear=False
     )

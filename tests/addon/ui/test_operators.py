@@ -15,13 +15,14 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.chart_job import CHART_MAP  # noqa: E402
 from occlusion_bake.addon.cli.options import parsed, parser, settings_of  # noqa: E402
-from occlusion_bake.addon.compare.steps import ao_alone, child_values, to_compare  # noqa: E402
-from occlusion_bake.addon.job.bake_job import BakeJob  # noqa: E402
+from occlusion_bake.addon.compare.steps import ao_alone, child_values  # noqa: E402
+from occlusion_bake.addon.job.bake_job import BakeJob, Layout  # noqa: E402
 from occlusion_bake.addon.read.high_low_pairs import Pairing  # noqa: E402
 from occlusion_bake.addon.read.occluder_filter import OccluderFilter  # noqa: E402
 from occlusion_bake.addon.read.roles import roles_from_json  # noqa: E402
 from occlusion_bake.addon.ui import translate  # noqa: E402
 from occlusion_bake.addon.ui.panel import OCCLUSION_BAKE_PT_bake  # noqa: E402
+from occlusion_bake.core.charts.udim import Udim  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.options.values import settings_of_panel  # noqa: E402
 from occlusion_bake.core.rays.map_spec import Axis  # noqa: E402
@@ -107,18 +108,6 @@ def test_a_modifier_counts_as_in_a_render() -> None:
     obj.modifiers.new("Array", "ARRAY").count = 2
     assert press() == {"FINISHED"}
     assert pixels(ours()["Cube AO"])[..., 0].min() == 0.0  # where the two cubes touch
-    assert any("or where it touches itself, and get no light" in line for line in lines())
-
-
-def test_a_solidified_cube_is_told_what_its_texels_show() -> None:
-    """Its inner shell lies over the outer one in the texture; without the modifier there is nothing to tell."""
-    wall = blender.cube().modifiers.new("Solidify", "SOLIDIFY")
-    assert press() == {"FINISHED"}
-    assert any("no light reaches it: its UVs overlap" in line for line in lines())
-    assert not any("turned inwards" in line for line in lines())
-    wall.show_render = False
-    assert press() == {"FINISHED"}
-    assert not any("light" in line or "overlap" in line for line in lines())
 
 
 # What the artist has set stays as it is
@@ -254,18 +243,34 @@ def test_compare_leaves_a_picture_and_lines(scene: Any) -> None:
     assert all(word in said for word in ("Cycles", "RMSE", "bias", "p99", "±", "99 % within"))
 
 
+def test_compare_takes_all_that_a_bake_would_and_tells_their_total(scene: Any) -> None:
+    """A pair and an object beside it; one that is hidden from render is told, and keeps none back."""
+    scene.source, scene.use_ro, scene.cycles_samples, scene.width, scene.height = "NAMES", True, 1, 16, 16
+    chosen = [blender.plane(name, location=(3.0 * x, 0, 0)) for x, name in enumerate(("Rock_low", "Floor", "Gone"))]
+    blender.plane("Rock_high", location=(0, 0, 0.01))
+    chosen[2].hide_render = True
+    select(*chosen)
+    assert press("compare") == {"FINISHED"}
+    assert ours().keys() == {"Rock_low Comparison", "Floor Comparison"}
+    assert "Cycles has no bake of RO 10; AO is compared" in lines()
+    assert any(line.startswith("Gone: hidden from render") for line in lines())
+    assert any(line.startswith("2 images together; ") and "RMSE" in line for line in lines())
+    assert all(any(line.startswith(f"{name}: RMSE") for line in lines()) for name in ("Rock_low", "Floor"))
+
+
 @pytest.mark.parametrize(("quality", "use_filter"), [("RAYS", True), ("FINAL", True), ("DRAFT", False)])
 def test_the_comparisons_own_blender_bakes_the_same(scene: Any, tmp_path: Path, quality: str, use_filter: bool) -> None:
     scene.quality, scene.use_filter, scene.seed, scene.use_ro = quality, use_filter, 3, True
     scene.use_distance, scene.distance = True, 0.3
     blender.plane("Floor")
     settings = settings_of_panel(bpy.context.scene.occlusion_bake)
-    job, handed_on = to_compare(BakeJob(blender.refs("Floor"), settings)), tmp_path / "values.json"
-    handed_on.write_text(json.dumps(child_values(job, 4, Path("folder"), Path("report.json"))), encoding="utf-8")
+    layout = Layout("Sheet", Udim.LAYOUT)
+    job, handed_on = BakeJob(blender.refs("Floor"), settings, layout=layout), tmp_path / "values.json"
+    handed_on.write_text(json.dumps(child_values(job, 4, Path("folder"))), encoding="utf-8")
     options = parsed(parser("", with_file=False), ["--values", str(handed_on)])
-    assert settings_of(options) == job.settings == ao_alone(settings)
-    assert (options.uv, options.cycles_samples, options.udim) == (None, 4, "stacked")
-    assert (options.folder, options.report) == (Path("folder"), Path("report.json"))
+    assert settings_of(options) == ao_alone(settings)
+    assert (options.uv, options.cycles_samples, options.comparison) == (None, 4, "folder")
+    assert (options.atlas, options.udim, options.color_attributes) == ("Sheet", "layout", None)
     assert roles_from_json(options.roles) == (Pairing(job.objects), OccluderFilter())
 
 

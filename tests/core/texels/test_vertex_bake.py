@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from occlusion_bake.core.bake import Baker
 from occlusion_bake.core.scene.scene import Mesh, Scene
-from occlusion_bake.core.texels.rasterize import rasterize
-from occlusion_bake.core.texels.vertex_bake import corner_image, corner_values, with_corner_cells
+from occlusion_bake.core.texels.rasterize import owners_by_centre, rasterize
+from occlusion_bake.core.texels.vertex_bake import FineCells, corner_image, corner_values, with_corner_cells
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
@@ -61,3 +61,27 @@ def test_hard_edges_keep_a_value_a_side() -> None:
     values = baked_corners(shapes.scene(mesh, shapes.quad((-1, -1, 0.99), (0, 3, 0), (3, 0, 0), name="roof")))
     floor, wall = values[:2][triangles[:2] == 0], values[2:][triangles[2:] == 0]
     assert np.ptp(floor) == 0.0 and np.ptp(wall) == 0.0 and abs(floor[0] - wall[0]) > 0.01
+
+
+@pytest.mark.parametrize("side", [4, 8])
+def test_fine_cells_have_the_same_parts(side: int) -> None:
+    """Of a function that rises from the first corner to the second: 1/4 in the square of the first corner's part, the
+    middle third beyond a half in the second's, 1/6 in the third's. Texels are no points."""
+    cells = FineCells(5, side)
+    width, height = cells.size
+    rising = np.tile((np.arange(width) % side + 0.5) / side, (height, 1)).astype(np.float32)
+    parts = cells.parts(rising, np.ones_like(rising, dtype=np.bool_))
+    assert parts.shape == (5, 3)
+    np.testing.assert_allclose(parts, [[1 / 4, 2 / 3, 1 / 6]] * 5, atol=0.5 / side**2)
+    nothing = cells.parts(rising, np.zeros_like(rising, dtype=np.bool_))
+    assert np.isnan(nothing).all()
+
+
+def test_fine_cells_own_the_texels_that_are_counted() -> None:
+    """By their middles, those on the triangles' long sides too, and each only those of its own cell."""
+    cells = FineCells(3, 8)
+    owner = owners_by_centre(cells.uv, *cells.size)
+    y, x = np.mgrid[: cells.size[1], : cells.size[0]]
+    number = x // 8 + y // 8 * (cells.size[0] // 8)
+    counted = (x % 8 + y % 8 < 8) & (number < 3)
+    np.testing.assert_array_equal(owner, np.where(counted, number, -1))
