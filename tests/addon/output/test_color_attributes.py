@@ -124,6 +124,13 @@ def test_each_has_its_colours_and_what_concerns_all_is_told_once(pair: tuple[Any
     assert sum(line.startswith("Broken: ") for line in lines()) == 1
 
 
+def test_each_by_itself(scene: Any, pair: tuple[Any, Any]) -> None:
+    """A cube alone hides nothing of itself, whoever else is baked."""
+    scene.occluders = "SELF"
+    assert press() == {"FINISHED"}
+    assert all(colours(obj).min() == 1.0 for obj in pair)
+
+
 def test_of_those_that_share_a_mesh_the_first_is_baked(pair: tuple[Any, Any]) -> None:
     pair[1].data = pair[0].data
     assert press() == {"FINISHED"}
