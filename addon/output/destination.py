@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -24,6 +25,7 @@ from .result import Result
 from .ro_nodes import CODE
 
 PACKED, SAVED, COLOURS, CHANNEL = (each.upper() for each in (table.PACKED, table.SAVED, table.COLOURS, table.CHANNEL))
+_TILE = re.compile("[._]?<UDIM>")  # as Blender writes it: the number is put before the ending in any case
 
 
 @dataclass(frozen=True)
@@ -86,6 +88,7 @@ class Destination:
         """The file of an object's map, or of a tile of it. Raises InputError for a template that cannot be filled."""
         scene_file, ending = bpy.data.filepath, suffix(self.format)
         template = self.path[: -len(ending)] if self.path.lower().endswith(ending) else self.path
+        template = _TILE.sub("", template)
         if not template.strip():
             raise InputError("Path: it is empty; give one, as //textures/{object}_{map}")
         known = {

@@ -72,14 +72,14 @@ def tiles_of(mesh: Mesh, udim: Udim = Udim.AUTO) -> UvTiles:
     uv = uv[uv_area_of(uv) != 0.0]  # the others get no texel
     whole = _in_one_tile(uv)
     if udim is Udim.AUTO:
-        beyond = _numbered(uv) & (np.floor(uv.mean(axis=1)) != 0.0).any(axis=1)
+        beyond = _numbered(uv) & (np.floor(_middle(uv)) != 0.0).any(axis=1)
         if np.count_nonzero(~whole) > _STRAY * len(uv):
             return UvTiles(taken_for=_REPEATS if beyond.any() else "")
         if not (beyond & whole).any():
             return UvTiles()
         if _are_copies(uv[whole]):
             return UvTiles(taken_for=_COPIES)
-    low, high = uv.min(axis=1), uv.max(axis=1)
+    low, high = _span(uv)
     outside = ((low < -_SLACK) | (high > np.array([ACROSS, DOWN]) + _SLACK)).any(axis=1)
     return UvTiles(_numbers(uv, whole), outside=int(np.count_nonzero(outside)))
 
@@ -120,10 +120,11 @@ def part_in_tile(target: Instance, tile: int | None) -> Instance:
 
 def _are_copies(uv: Doubles) -> bool:
     """Whether triangles beyond the first tile are copies of its own, by their middles and which way round they are."""
-    number, beyond = _number(uv), _number(uv) != FIRST
+    number = _number(uv)
+    beyond = number != FIRST
     if beyond.all():
         return False
-    middle = uv.mean(axis=1)
+    middle = _middle(uv)
     x, y = np.rint((middle - np.floor(middle)) * _PLACES).astype(np.int64).T
     place = (_PLACES + 1) * x + y
     sided = 2 * place + (uv_area_of(uv) > 0.0)
@@ -159,25 +160,24 @@ def _numbers(uv: Doubles, whole: Flags) -> tuple[int, ...]:
 
 def _in_one_tile(uv: Doubles) -> Flags:
     """(T,) bool: triangles that lie in one tile that has a number."""
-    corner = np.floor(uv.mean(axis=1))
-    local = uv - corner[:, None]
-    whole: Flags = ((local >= -_SLACK) & (local <= 1.0 + _SLACK)).all(axis=(1, 2)) & _numbered(uv)
+    corner, (low, high) = np.floor(_middle(uv)), _span(uv)
+    whole: Flags = ((low - corner >= -_SLACK) & (high - corner <= 1.0 + _SLACK)).all(axis=1) & _numbered(uv)
     return whole
 
 
 def _numbered(uv: Doubles) -> Flags:
     """(T,) bool: triangles whose middle lies where tiles have numbers."""
-    middle = uv.mean(axis=1)
+    middle = _middle(uv)
     numbered: Flags = ((middle >= 0.0) & (middle < [ACROSS, DOWN])).all(axis=1)
     return numbered
 
 
 def _reaches(uv: Doubles, tile: int) -> Flags:
     """(T,) bool: triangles that have their middle in a tile, or reach into it by more than what is rounded."""
-    local = uv - np.array(corner_of(tile))
-    within = (np.floor(local.mean(axis=1)) == 0.0).all(axis=1)
-    near = (local.min(axis=1) < 1.0 - _SLACK).all(axis=1) & (local.max(axis=1) > _SLACK).all(axis=1) & ~within
-    near[near] = ~_beside_tile(local[near])
+    corner, (low, high) = np.array(corner_of(tile)), _span(uv)
+    within = (np.floor(_middle(uv)) == corner).all(axis=1)
+    near = ((low < corner + 1.0 - _SLACK) & (high > corner + _SLACK)).all(axis=1) & ~within
+    near[near] = ~_beside_tile(uv[near] - corner)
     reaches: Flags = within | near
     return reaches
 
@@ -195,5 +195,20 @@ def _beside_tile(local: Doubles) -> Flags:
 
 def _number(uv: Doubles) -> Longs:
     """(T,) the tile that the middle of each triangle lies in."""
-    number: Longs = FIRST + (np.floor(uv.mean(axis=1)) @ (1.0, ACROSS)).astype(np.int64)
+    column, row = np.floor(_middle(uv)).astype(np.int64).T
+    number: Longs = FIRST + column + ACROSS * row
     return number
+
+
+# Over three corners many times as fast as numpy's own reductions.
+
+
+def _middle(uv: Doubles) -> Doubles:
+    middle: Doubles = (uv[:, 0] + uv[:, 1] + uv[:, 2]) / 3.0
+    return middle
+
+
+def _span(uv: Doubles) -> tuple[Doubles, Doubles]:
+    """Lower left and upper right."""
+    a, b, c = uv[:, 0], uv[:, 1], uv[:, 2]
+    return np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)

@@ -253,7 +253,7 @@ def test_every_tile_is_baked_into_a_tiled_image(tmp_path: Path, settings: Any) -
 
 def test_tiles_are_saved_by_their_numbers(tmp_path: Path, settings: Any) -> None:
     spread()
-    settings(output="SAVED", path=str(tmp_path / "{object}_{map}"), format="PNG", depth="8")
+    settings(output="SAVED", path=str(tmp_path / "{object}_{map}.<UDIM>.png"), format="PNG", depth="8")
     assert bake_onto("Tiled") == {"FINISHED"}
     assert sorted(path.name for path in tmp_path.glob("*.png")) == ["Tiled_ao.1001.png", "Tiled_ao.1003.png"]
     image = bpy.data.images["Tiled AO"]
