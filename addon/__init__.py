@@ -12,12 +12,13 @@ def register() -> None:
     import bpy
 
     from .cli import command
-    from .ui import menu, properties
+    from .ui import menu, properties, request_renewal
 
     for each in _classes():
         bpy.utils.register_class(each)
     properties.add_properties()
     menu.add_to_menus()
+    request_renewal.start()
     register_command: Any = bpy.utils.register_cli_command  # which answers nothing in the stubs
     _commands.append(register_command(command.NAME, command.blender_command))
 
@@ -26,12 +27,13 @@ def unregister() -> None:
     """Stop what is running and take everything away again."""
     import bpy
 
-    from .ui import menu, modal_operator, properties, viewport_overlay
+    from .ui import menu, modal_operator, properties, request_renewal, viewport_overlay
 
     modal_operator.stop_all()
     viewport_overlay.clear()
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    request_renewal.stop()
     menu.remove_from_menus()
     properties.remove_properties()
     for each in reversed(_classes()):

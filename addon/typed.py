@@ -5,6 +5,7 @@ What the stubs take to be missing at times is there wherever it is asked for her
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal, TypeVar, cast
 
 import bpy
@@ -19,6 +20,9 @@ Socket = Any
 Tree = Any
 
 Ended = set[Literal["RUNNING_MODAL", "CANCELLED", "FINISHED", "PASS_THROUGH", "INTERFACE"]]  # how an operator did
+
+# What this decorator gives they do not know.
+persistent: Callable[[Callable[..., None]], Callable[..., None]] = bpy.app.handlers.persistent
 
 # For what is mixed into operators and panels, and is none itself.
 if TYPE_CHECKING:

@@ -259,7 +259,8 @@ def _parts(context: bpy.types.Context, refs: Sequence[BlockRef], request: ChartR
         for ref in refs:
             obj = find(objects, ref)
             if obj is None:
-                raise InputError(f"{ref.label}: it was changed while its charts were made; start again")
+                gone = "removed" if find(bpy.data.objects, ref) is None else "taken out of the view layer that is shown"
+                raise InputError(f"{ref.label}: it was {gone} while its charts were made; start again")
             base = base_triangles(context, obj)
             vertices = base.vertices
             if request.atlas:

@@ -127,7 +127,8 @@ def _bake_all(refs: Sequence[BlockRef], job: BakeJob, progress: Progress, outcom
             outcome.finish(ref)
     if in_atlas:
         whole: Baked = yield partial(atlas.finish, job.settings.image.margin)
-        deliver(Result(job.layout.atlas, tuple(in_atlas), tuple(in_atlas.values()), whole))
+        name = job.layout.atlas
+        deliver(Result(name, tuple(in_atlas), tuple(in_atlas.values()), whole, atlas=name))
         for ref in in_atlas:
             if outcome.states[ref] != REFUSED:
                 outcome.finish(ref)

@@ -14,30 +14,30 @@ import numpy as np
 from ...core.base.arrays import Floats
 from ...core.finish.baked import Baked
 from ...core.finish.image_file import write_image
-from ...core.finish.map_images import pictures, title
+from ...core.finish.map_images import pictures
 from ...core.finish.report import image_metadata
 from ...core.options.values import told_by_images
 from ...core.settings import Settings
 from ..colour_space import make_data
 from ..typed import found_in, pixels_in
+from .ownership import MARK, Owner
 
-MARK = "occlusion_bake"  # on an image of ours: "object/map"
 _DEPTHS_WITH_ALPHA = (32, 128)  # bits a pixel, of bytes and floats
 
 
-def store(baked: Baked) -> dict[str, bpy.types.Image]:
-    """Put every map into an image named after the object, the one of an earlier bake where there is one.
+def store(owner: Owner, baked: Baked) -> dict[str, bpy.types.Image]:
+    """Put every map into an image named after its owner, the one of an earlier bake where there is one.
 
     Float, Non-Color, packed into the file so that it is saved with it. Returns the images by map.
     """
     return {
-        name: _store(baked.name, name, values)
+        name: _store(owner, name, values)
         for map_name, each in baked.maps.items()
         for name, values in pictures(map_name, each)
     }
 
 
-def _store(owner: str, name: str, values: Floats) -> bpy.types.Image:
+def _store(owner: Owner, name: str, values: Floats) -> bpy.types.Image:
     height, width = values.shape[:2]
     image = _image(owner, name, width, height, alpha=values.shape[2:] == (4,))
     pixels_in(image).foreach_set(_rgba(values).ravel())
@@ -79,7 +79,7 @@ class TileFiles:
                 write_image(path, values, depth=32, coverage=each.coverage, metadata=told)
                 self._last[part] = path, baked.tile
 
-    def stored(self, owner: str) -> dict[str, bpy.types.Image]:
+    def stored(self, owner: Owner) -> dict[str, bpy.types.Image]:
         """Every map as a tiled image, as `store` does."""
         images = {part: _loaded(owner, part, path, tile) for part, (path, tile) in self._last.items()}
         for image in images.values():
@@ -87,38 +87,28 @@ class TileFiles:
         return images
 
 
-def store_file(owner: str, name: str, path: Path, tile: int | None = None) -> bpy.types.Image:
+def store_file(owner: Owner, name: str, path: Path, tile: int | None = None) -> bpy.types.Image:
     """The image of a file that was written, in the place of that of an earlier bake of the same map. tile: the file is
     that of one of a UDIM layout, and the others lie beside it."""
-    old = _earlier(owner, name)
+    old = owner.earlier(name)
     if tile is None and old is not None and old.source == "FILE" and old.packed_file is None:
         old.filepath = str(path)
         old.reload()
         make_data(old)
+        owner.hold(old, name)
         return old
     return _loaded(owner, name, path, tile)
 
 
-def _loaded(owner: str, name: str, path: Path, tile: int | None) -> bpy.types.Image:
+def _loaded(owner: Owner, name: str, path: Path, tile: int | None) -> bpy.types.Image:
     """A new image of a file, or of tiles' files, in the place of an earlier bake's."""
     image = bpy.data.images.load(str(path))
-    _take_place(image, _earlier(owner, name), f"{owner} {title(name)}")
-    _sign(image, owner, name)
+    _take_place(image, owner.earlier(name), owner.title(name))
+    owner.hold(image, name)
     if tile is not None:
         image.source = "TILED"  # Blender looks for the other tiles' files
     make_data(image)
     return image
-
-
-def _sign(image: bpy.types.Image, owner: str, name: str) -> None:
-    """Mark an image as ours; the file keeps it, though nothing uses it yet."""
-    image[MARK] = f"{owner}/{name}"
-    image.use_fake_user = True
-
-
-def _earlier(owner: str, name: str) -> bpy.types.Image | None:
-    mark = f"{owner}/{name}"
-    return next((each for each in bpy.data.images if each.get(MARK) == mark and each.library is None), None)
 
 
 def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) -> None:
@@ -130,19 +120,17 @@ def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) 
     image.name = name
 
 
-def _image(owner: str, name: str, width: int, height: int, *, alpha: bool) -> bpy.types.Image:
-    old = image = _earlier(owner, name)
+def _image(owner: Owner, name: str, width: int, height: int, *, alpha: bool) -> bpy.types.Image:
+    old = image = owner.earlier(name)
     # Never write into a file's image, nor into tiles, of which Blender writes the first alone. One made without alpha
     # holds one until it is saved, and loses it then.
     file = image is not None and image.packed_file is None and image.source == "FILE"
     if image is None or file or image.source == "TILED" or (alpha and image.depth not in _DEPTHS_WITH_ALPHA):
-        image = bpy.data.images.new(
-            f"{owner} {title(name)}", width, height, alpha=alpha, float_buffer=True, is_data=True
-        )
-        _sign(image, owner, name)
+        image = bpy.data.images.new(owner.title(name), width, height, alpha=alpha, float_buffer=True, is_data=True)
         _take_place(image, old, image.name)
     elif tuple(image.size) != (width, height):
         image.scale(width, height)
+    owner.hold(image, name)
     mode: Literal["CHANNEL_PACKED", "NONE"] = "CHANNEL_PACKED" if alpha else "NONE"
     if image.alpha_mode != mode:
         image.alpha_mode = mode

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import product
+from itertools import count, product
 from pathlib import Path
 
 import bpy
@@ -14,13 +14,14 @@ import bpy
 from ...core.base.errors import InputError
 from ...core.finish.file_names import FileNames, clean_name
 from ...core.finish.image_file import check_format, suffix
-from ...core.finish.map_files import check_file, tile_suffix, whole_path, write_map
+from ...core.finish.map_files import check_file, first_file, tile_suffix, whole_path, write_map
 from ...core.options import table
 from ...core.options.values import told_by_images
 from ...core.settings import Settings, check_files
 from ..read.block_ref import BlockRef, find, mesh_labels
 from .blender_images import TileFiles, store, store_file
 from .image_channel import check_image_channel, lines_on_channel, store_channel
+from .ownership import Owner
 from .result import Result
 from .ro_nodes import CODE
 
@@ -75,14 +76,33 @@ class Destination:
 
     def _save(self, result: Result, settings: Settings) -> dict[str, bpy.types.Image]:
         baked, dither, images = result.baked, self.dither and self.depth == 8, {}
+        owner = Owner.of(result)
         for name in baked.maps:
-            path = self.file(result.name, name, settings, baked.tile)
+            path = self._free_file(owner, result, name, settings)
             path.parent.mkdir(parents=True, exist_ok=True)
             # Of several files of a code the first stands for all.
             first, *_ = write_map(path, baked, name, told_by_images(settings), depth=self.depth, dither=dither)
             if result.is_last:
-                images[name] = store_file(result.name, name, first, baked.tile)
+                images[name] = store_file(owner, name, first, baked.tile)
         return images
+
+    def _free_file(self, owner: Owner, result: Result, name: str, settings: Settings) -> Path:
+        """The file for a map, with a number where that is the texture of another object, which was called so before."""
+        baked, others = result.baked, None
+        wanted = path = self.file(result.name, name, settings, baked.tile)
+        for number in count(2):
+            if not (shown := first_file(path, baked, name)).exists():
+                break
+            others = {self._names.same(str(file)) for file in owner.files_of_others()} if others is None else others
+            if self._names.same(str(shown)) not in others:
+                break
+            end = f"{tile_suffix(baked.tile)}{wanted.suffix}"
+            path = wanted.with_name(f"{wanted.name.removesuffix(end)}_{number}{end}")
+        if path != wanted:
+            baked.warnings.append(
+                f"{result.name}: its {name} is {path.name}; {wanted.name} is another object's texture"
+            )
+        return path
 
     def file(self, owner: str, name: str, settings: Settings, tile: int | None = None) -> Path:
         """The file of an object's map, or of a tile of it. Raises InputError for a template that cannot be filled."""
@@ -150,8 +170,8 @@ def _stored(result: Result, settings: Settings, tiles: TileFiles, names: Iterabl
     """These maps of an object as packed images; of a UDIM layout none before the last tile."""
     part = replace(result.baked, maps={name: result.baked.maps[name] for name in names})
     if part.tile is None:
-        return store(part)
+        return store(Owner.of(result), part)
     if result.is_first:
         tiles.begin()
     tiles.add(part, settings)
-    return tiles.stored(result.name) if result.is_last else {}
+    return tiles.stored(Owner.of(result)) if result.is_last else {}

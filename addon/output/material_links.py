@@ -13,7 +13,7 @@ import bpy
 
 from ...core.maps.occlusion import ambient_among, reflection_among
 from ..typed import library_of, mesh_of
-from .blender_images import MARK
+from .ownership import MARK
 from .ro_nodes import CODES, NORMAL, add_rebuild, set_rebuild
 
 _LABEL = "Occlusion Bake"

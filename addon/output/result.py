@@ -13,13 +13,14 @@ from ..read.block_ref import BlockRef
 class Result:
     """name: its object's, or the atlas'. objects: those in it; targets: the same, as they were baked. tiles: the
     numbers of a UDIM layout, of which each comes as a result of its own, in order, so that one at a time is held; none
-    where there is no layout."""
+    where there is no layout. atlas: its name where it is one."""
 
     name: str
     objects: tuple[BlockRef, ...]
     targets: tuple[Instance, ...]
     baked: Baked
     tiles: tuple[int, ...] = ()
+    atlas: str = ""
 
     @property
     def target(self) -> Instance:

@@ -17,7 +17,7 @@ from ...core.base.errors import InputError
 from ...core.spherical.directional_format import DirectionalFormat
 from ...core.spherical.lobe_lut import DEGREE, PADDED, SIDE, TILES, lobe_splines
 from ..typed import pixels_in
-from .blender_images import MARK
+from .ownership import MARK
 
 GROUP, LOBES = "Occlusion Bake RO", "Occlusion Bake lobes"
 IMAGES = 4  # of four numbers each

@@ -7,7 +7,7 @@ called so today may be another thing tomorrow.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 from uuid import uuid4
@@ -74,18 +74,24 @@ def _free(label: str, taken: set[str]) -> str:
 
 
 def refs_of_words(
-    every: Iterable[bpy.types.ID], words: Sequence[str], among: Iterable[bpy.types.ID] | None = None
+    every: Iterable[bpy.types.ID], words: Sequence[str], among: Iterable[bpy.types.ID] = ()
 ) -> list[BlockRef]:
     """What the command means by these names: the file's own first; what is linked by its label, or its name where no
-    other has that. among: which of all may be meant. Raises InputError for a name of several; one that none has gives
-    a reference to nothing."""
+    other has that. among: which of all go first. Raises InputError for a name of several; one that none has gives a
+    reference to nothing."""
     labels = labels_of(every)
-    meant: dict[str, list[BlockRef]] = {}
-    for block in every if among is None else among:
+    near, all_of_them = (_by_name(blocks, labels) for blocks in (among, every))
+    return [_one_of(word, near.get(word) or all_of_them.get(word, [])) for word in words]
+
+
+def _by_name(blocks: Iterable[bpy.types.ID], labels: Mapping[int, str]) -> dict[str, list[BlockRef]]:
+    """By all that each may be called."""
+    found: dict[str, list[BlockRef]] = {}
+    for block in blocks:
         ref = BlockRef(block.session_uid, labels[block.session_uid])
         for name in {ref.label, block.name, block.name_full}:
-            meant.setdefault(name, []).append(ref)
-    return [_one_of(word, meant.get(word, [])) for word in words]
+            found.setdefault(name, []).append(ref)
+    return found
 
 
 def _one_of(word: str, refs: Sequence[BlockRef]) -> BlockRef:
@@ -98,26 +104,41 @@ def _one_of(word: str, refs: Sequence[BlockRef]) -> BlockRef:
 def stored(uids: Iterable[int]) -> list[Json]:
     """Objects as they are kept in files; less those that are no more."""
     objects = {obj.session_uid: obj for obj in bpy.data.objects}
-    there = (objects[uid] for uid in uids if uid in objects)
-    return [{"session": _SESSION, "uid": obj.session_uid, **_place(obj)} for obj in there]
+    return [_entry(objects[uid]) for uid in uids if uid in objects]
 
 
 def restored(entries: Iterable[Json]) -> list[BlockRef]:
-    """The objects that were `stored`: by their session_uid where that is still known, else, after the file was loaded
-    anew or something took the place of what was removed, by name and library. Those that are no more are references
-    to nothing. Raises KeyError, TypeError for what was not stored so."""
+    """The objects that were `stored`. Those that are no more are references to nothing. Raises KeyError, TypeError for
+    what was not stored so."""
     labels = labels_of(bpy.data.objects)
-    placed = {tuple(_place(obj).values()): obj.session_uid for obj in bpy.data.objects}
-    refs = []
-    for entry in entries:
-        uid = entry["uid"] if entry["session"] == _SESSION else 0
-        if uid not in labels:
-            uid = placed.get((entry["name"], entry["library"]), 0)
-        refs.append(BlockRef(uid, labels[uid] if uid in labels else entry["name"]))
-    return refs
+    uids = [(entry["uid"] if entry["session"] == _SESSION else 0, entry["name"]) for entry in Renewal().of(entries)]
+    return [BlockRef(uid, labels[uid]) if uid in labels else BlockRef(0, name) for uid, name in uids]
 
 
-def _place(obj: bpy.types.Object) -> dict[str, str]:
-    """Where it is in a file. Libraries have names of their own there, wherever their files are."""
+class Renewal:
+    """Brings what is `stored` up to what the file holds now."""
+
+    def __init__(self) -> None:
+        self._by_uid = {obj.session_uid: obj for obj in bpy.data.objects}
+        self._by_place = {(obj.name, _library(obj)): obj for obj in bpy.data.objects}
+
+    def of(self, entries: Iterable[Json]) -> list[Json]:
+        """The same objects, as they are called now: by their session_uid where that is still known, else, after the
+        file was loaded or something took the place of what was removed, by name and library. Others stay as they
+        are. Raises KeyError, TypeError."""
+        found = ((entry, self._meant(entry)) for entry in entries)
+        return [entry if obj is None else _entry(obj) for entry, obj in found]
+
+    def _meant(self, entry: Json) -> bpy.types.Object | None:
+        known = self._by_uid.get(entry["uid"]) if entry["session"] == _SESSION else None
+        return known or self._by_place.get((entry["name"], entry["library"]))
+
+
+def _entry(obj: bpy.types.Object) -> Json:
+    return {"session": _SESSION, "uid": obj.session_uid, "name": obj.name, "library": _library(obj)}
+
+
+def _library(obj: bpy.types.Object) -> str:
+    """What the file calls the library that an object is linked from, wherever that lies; empty for none."""
     library = library_of(obj)
-    return {"name": obj.name, "library": library.name if library is not None else ""}
+    return library.name if library is not None else ""

@@ -11,7 +11,7 @@ import bpy
 from ...core.maps.registry import MAPS
 from ...core.options.table import by_rays
 from ..job.outcome import BAKING, DONE, REFUSED, WAITING
-from ..output.blender_images import MARK
+from ..output.ownership import told
 from ..read.occluder_filter import may_occlude
 from ..typed import PanelMixin, layout_of, view_layer_in
 from .engine_operator import OCCLUSION_BAKE_OT_for_engine
@@ -240,7 +240,7 @@ class OCCLUSION_BAKE_PT_image(bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         image: Any = context.edit_image
-        layout_of(self).label(text=image[MARK].replace("/", ", "), icon="OBJECT_DATA", translate=False)
+        layout_of(self).label(text=told(image), icon="OBJECT_DATA", translate=False)
         draw_button(layout_of(self), OCCLUSION_BAKE_OT_again.bl_idname, "FILE_REFRESH")
 
 

@@ -16,8 +16,9 @@ from ...core.options.values import settings_of_panel
 from ..charts.chart_job import CHARTS, SMART
 from ..job.bake_job import BakeJob, Layout
 from ..output.destination import CHANNEL, COLOURS, Destination
+from ..output.ownership import owners_of
 from ..read.blender_state import synced
-from ..read.block_ref import BlockRef, find, refs_of
+from ..read.block_ref import BlockRef, find, refs_of, stored
 from ..read.high_low_pairs import Pairing, paired_by_name, paired_with
 from ..read.occluder_filter import OccluderFilter
 from ..read.roles import roles_from_json, roles_to_json
@@ -110,7 +111,10 @@ def request_from_image(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) 
     except (KeyError, ValueError, TypeError):
         raise InputError(f"{image.name}: it does not tell how it was baked; bake its object anew") from None
     try:
-        pairing, occluding = roles_from_json(kept["roles"])
+        roles, owners = kept["roles"], owners_of(image)
+        if len(owners) == len(roles["targets"]) == 1:  # who holds it is surer than who was called so
+            roles["objects"][roles["targets"][0]] = stored([owners[0].session_uid])[0]
+        pairing, occluding = roles_from_json(roles)
         request = _request(pairing, panel, occluding, None)
     except (AttributeError, KeyError, TypeError, IndexError):  # kept by another version
         raise InputError(f"{image.name}: it was baked by another version; bake its object anew") from None

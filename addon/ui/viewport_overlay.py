@@ -7,7 +7,6 @@ arrays wait. What is shown belongs to the window alone, and is nowhere in the fi
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +19,7 @@ from ...core.base.arrays import Floats
 from ...core.charts.udim import part_in_tile
 from ...core.finish.baked import Baked
 from ...core.scene.scene import Instance
-from ..typed import mesh_of, view_layer_in
+from ..typed import mesh_of, persistent, view_layer_in
 from .properties import result_in
 
 MOST_TRIANGLES = 2_000_000  # of an object that is shown: more would hold up the window
@@ -41,8 +40,7 @@ void main() {
 }
 """
 
-# The stubs know neither what this decorator gives nor what the constructors of these take.
-_persistent: Callable[[Callable[..., None]], Callable[..., None]] = bpy.app.handlers.persistent
+# The stubs do not know what the constructors of these take.
 _types: Any = gpu.types
 
 
@@ -117,7 +115,7 @@ class _Overlay:
 _overlay = _Overlay()
 
 
-@_persistent
+@persistent
 def _forget_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> None:
     """What was baked of a mesh that is another by now would hide it."""
     updates: Any = depsgraph.updates
@@ -130,7 +128,7 @@ def _forget_changed(scene: bpy.types.Scene, depsgraph: bpy.types.Depsgraph) -> N
             del _overlay.finished[obj.session_uid]
 
 
-@_persistent
+@persistent
 def _forget_all(*_: Any) -> None:
     clear()
 

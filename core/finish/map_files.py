@@ -10,8 +10,8 @@ import numpy as np
 from ..base.atomic_file import check_writable
 from ..base.errors import InputError
 from .baked import Baked, Metadata
-from .image_file import SUFFIXES, check_format, suffix, write_image
-from .map_images import write_code
+from .image_file import SUFFIXES, check_format, names_channels, suffix, write_image
+from .map_images import picture_file, write_code
 from .report import image_metadata
 
 
@@ -52,6 +52,12 @@ def write_map(path: Path, baked: Baked, name: str, asked: Metadata, *, depth: in
         return write_code(path, each, code, tile=tile_suffix(baked.tile), depth=depth, metadata=metadata)
     write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
     return [path]
+
+
+def first_file(path: Path, baked: Baked, name: str) -> Path:
+    """The file, of several the first, that `write_map` writes."""
+    several = baked.maps[name].kind.directional is not None and not names_channels(path)
+    return picture_file(path, 0, tile_suffix(baked.tile)) if several else path
 
 
 def tile_suffix(tile: int | None) -> str:

@@ -32,6 +32,11 @@ def pictures(name: str, made: BakedMap) -> Iterator[tuple[str, Floats]]:
         yield f"{name}_{number}", part
 
 
+def picture_file(path: Path, number: int, tile: str) -> Path:
+    """One of the pictures of a code. tile: as `write_code` has it."""
+    return path.with_name(f"{path.stem.removesuffix(tile)}_{number}{tile}{path.suffix}")
+
+
 def write_code(
     path: Path, made: BakedMap, code: DirectionalFormat, *, tile: str, depth: int, metadata: Metadata
 ) -> list[Path]:
@@ -44,10 +49,10 @@ def write_code(
     if names_channels(path):
         write_image(path, made.values, depth=depth, metadata=metadata, channels=channel_names(code))
         return [path]
-    stem, most, files = path.stem.removesuffix(tile), (1 << depth) - 1, []
+    most, files = (1 << depth) - 1, list[Path]()
     low, high = (each.tolist() for each in ranges(code))
     for number, picture in enumerate(to_images(made.values, code, depth)):
-        files.append(path.with_name(f"{stem}_{number}{tile}{path.suffix}"))
+        files.append(picture_file(path, number, tile))
         four = slice(_MOST_CHANNELS * number, _MOST_CHANNELS * (number + 1))
         told = {**metadata, "low": str(low[four]), "high": str(high[four])}
         write_image(files[-1], picture.astype(np.float32) / np.float32(most), depth=depth, metadata=told)

@@ -3,7 +3,7 @@ told, and only of what was found so."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -86,6 +86,8 @@ def _look(
     out, others = np.zeros(len(starts), dtype=np.bool_), np.zeros(len(starts), dtype=np.bool_)
     backs, left, places = np.zeros(len(starts), dtype=np.int64), np.arange(len(starts)), starts.astype(np.float32)
     for ways in _around(axes):
+        if not len(left):
+            break
         along, endless = np.ascontiguousarray(ways[left]), np.full(len(left), np.inf, dtype=np.float32)
         hits = scene.first_hits(places[left], along, endless, surface.threads, control)
         at_home = hits.met & (hits.geometry == own)
@@ -96,19 +98,17 @@ def _look(
     return _Seen(out, others, 2 * backs > _RAYS)
 
 
-def _around(normals: Doubles) -> list[Floats]:
+def _around(normals: Doubles) -> Iterator[Floats]:
     """For each of the rays its directions, (N, 3) float32, off the faces with these normals: cosine-weighted, by a
     Fibonacci spiral over the disc."""
     across = np.where(np.abs(normals[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     along = np.cross(normals, across)
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     over = np.cross(normals, along)
-    ways = []
     for i in range(_RAYS):
         part, turn = (i + 0.5) / _RAYS, 2.399963229728653 * i
         x, y, z = np.sqrt(part) * np.cos(turn), np.sqrt(part) * np.sin(turn), np.sqrt(1.0 - part)
-        ways.append((x * along + y * over + z * normals).astype(np.float32))
-    return ways
+        yield (x * along + y * over + z * normals).astype(np.float32)
 
 
 def _normals(mesh: WorldMesh, faces: Ints) -> Doubles:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -184,18 +185,36 @@ def test_objects_that_share_a_mesh_share_its_charts() -> None:
     np.testing.assert_array_equal(results["First"].maps["ao"].covered, results["Second"].maps["ao"].covered)
 
 
-def test_a_mesh_changed_while_its_charts_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    obj = blender.bare_cube()
+def move_a_vertex() -> None:
+    bpy.data.meshes[0].vertices[0].co.x -= 1.0
 
-    def edited_meanwhile(*arguments: Any, **options: Any) -> Any:
-        obj.data.vertices[0].co.x -= 1.0
+
+def take_out() -> None:
+    bpy.context.scene.collection.objects.unlink(bpy.data.objects["Bare"])
+
+
+def remove() -> None:
+    bpy.data.objects.remove(bpy.data.objects["Bare"])
+
+
+@pytest.mark.parametrize(
+    ("act", "what"),
+    [(move_a_vertex, "changed"), (take_out, "taken out of the view layer that is shown"), (remove, "removed")],
+)
+def test_a_mesh_changed_while_its_charts_are_made(
+    monkeypatch: pytest.MonkeyPatch, act: Callable[[], None], what: str
+) -> None:
+    mesh = blender.bare_cube().data
+
+    def meanwhile(*arguments: Any, **options: Any) -> Any:
+        act()
         return unwrap(*arguments, **options)
 
     unwrap = chart_job.unwrap_in_process
-    monkeypatch.setattr(chart_job, "unwrap_in_process", edited_meanwhile)
-    with pytest.raises(InputError, match=r"^Bare: it was changed .*; start again$"):
+    monkeypatch.setattr(chart_job, "unwrap_in_process", meanwhile)
+    with pytest.raises(InputError, match=rf"^Bare: it was {what} while its charts were made; start again$"):
         go("Bare")
-    assert uvs(obj) == {}
+    assert not mesh.uv_layers
 
 
 def test_a_linked_mesh_without_a_map_is_refused(tmp_path: Path) -> None:

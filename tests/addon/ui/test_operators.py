@@ -108,6 +108,18 @@ def test_a_modifier_counts_as_in_a_render() -> None:
     obj.modifiers.new("Array", "ARRAY").count = 2
     assert press() == {"FINISHED"}
     assert pixels(ours()["Cube AO"])[..., 0].min() == 0.0  # where the two cubes touch
+    assert any("or where it touches itself, and get no light" in line for line in lines())
+
+
+def test_a_solidified_cube_is_told_what_its_texels_show() -> None:
+    """Its inner shell lies over the outer one in the texture; without the modifier there is nothing to tell."""
+    wall = blender.cube().modifiers.new("Solidify", "SOLIDIFY")
+    assert press() == {"FINISHED"}
+    assert any("no light reaches it: its UVs overlap" in line for line in lines())
+    assert not any("turned inwards" in line for line in lines())
+    wall.show_render = False
+    assert press() == {"FINISHED"}
+    assert not any("light" in line or "overlap" in line for line in lines())
 
 
 # What the artist has set stays as it is

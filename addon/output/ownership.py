@@ -1,0 +1,127 @@
+"""Whose an image of ours is, whatever either is called.
+
+An object holds pointers to its images: Blender keeps these right through renames, saving and appending, and nobody
+holds a copy of an image. A copy of an object holds what that holds, and tells by the name that it was given it under.
+What is linked, or overrides that, loses its pointers when the file is loaded again: an image that nobody holds is taken
+by what it says of itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import bpy
+
+from ...core.finish.map_images import title
+from ...core.finish.report import first_of
+from ..read.block_ref import find
+from ..typed import library_of
+from .result import Result
+
+MARK = "occlusion_bake"  # on an image of ours: "object/map"; of an atlas its name in the object's place
+_ATLAS = "occlusion_bake_shared"  # and that it is one
+_HELD = "occlusion_bake_images"  # on an object: what it holds
+
+
+@dataclass(frozen=True)
+class _Held:
+    """An image that an object holds: of which map, of which atlas, or empty, and the object's name when it got it."""
+
+    image: bpy.types.Image | None
+    map: str
+    atlas: str
+    name: str
+
+
+@dataclass(frozen=True, eq=False)
+class Owner:
+    """Who has images: an object, or several an atlas. name: what new images are called after. atlas: its name, or
+    empty."""
+
+    name: str
+    objects: tuple[bpy.types.Object, ...]
+    atlas: str = ""
+
+    @classmethod
+    def of(cls, result: Result) -> Owner:
+        """The objects of a result, less those that are no more."""
+        there = (find(bpy.data.objects, ref) for ref in result.objects)
+        return cls(result.name, tuple(obj for obj in there if obj is not None), result.atlas)
+
+    def title(self, name: str) -> str:
+        """What a new image of a map is called."""
+        return f"{self.name} {title(name)}"
+
+    def earlier(self, name: str) -> bpy.types.Image | None:
+        """The image of an earlier bake of this map; none that others have, too."""
+        owners, ours = _owners(), set(self.objects)
+        for held in (held for obj in self.objects for held in _held_by(obj)):
+            image = held.image if (held.map, held.atlas) == (name, self.atlas) else None
+            if image is not None and library_of(image) is None and ours.issuperset(owners[image]):
+                return image
+        return next((image for image in bpy.data.images if image not in owners and self._made(image, name)), None)
+
+    def _made(self, image: bpy.types.Image, name: str) -> bool:
+        """Whether an image that nobody holds is as it was made: of an object that was removed, or could not keep it."""
+        same = image.get(MARK) == self._mark(name) and bool(image.get(_ATLAS)) == bool(self.atlas)
+        return same and image.name == self.title(name) and library_of(image) is None
+
+    def files_of_others(self) -> set[Path]:
+        """Image files that others have for their textures; of a UDIM layout all that are there."""
+        theirs = [image for image, owners in _owners().items() if not set(owners).issubset(self.objects)]
+        return {file for image in theirs if image.packed_file is None and image.filepath for file in _files_of(image)}
+
+    def hold(self, image: bpy.types.Image, name: str) -> None:
+        """Have an image for a map from now on. The file keeps it, though nothing uses it yet."""
+        image[MARK], image[_ATLAS] = self._mark(name), bool(self.atlas)
+        image.use_fake_user = True
+        for obj in self.objects:
+            others = [held for held in _held_by(obj) if (held.map, held.atlas) != (name, self.atlas)]
+            _hold(obj, [*others, _Held(image, name, self.atlas, obj.name)])
+
+    def _mark(self, name: str) -> str:
+        return f"{self.atlas or self.objects[0].name_full}/{name}"
+
+
+def owners_of(image: bpy.types.Image) -> list[bpy.types.Object]:
+    """The objects that hold an image; copies of them do not count."""
+    return _owners().get(image, [])
+
+
+def _owners() -> dict[bpy.types.Image, list[bpy.types.Object]]:
+    found: dict[bpy.types.Image, list[tuple[bpy.types.Object, str]]] = {}
+    for obj in bpy.data.objects:
+        for held in _held_by(obj):
+            if held.image is not None:
+                found.setdefault(held.image, []).append((obj, held.name))
+    return {image: _less_copies(holders) for image, holders in found.items()}
+
+
+def _less_copies(holders: list[tuple[bpy.types.Object, str]]) -> list[bpy.types.Object]:
+    first = {obj.name for obj, name in holders if obj.name == name}
+    return [obj for obj, name in holders if obj.name == name or name not in first]
+
+
+def _files_of(image: bpy.types.Image) -> list[Path]:
+    path = Path(bpy.path.abspath(image.filepath, library=image.library)).resolve()
+    tiles = [tile.number for tile in image.tiles] if image.source == "TILED" else [0]
+    return [path.with_name(path.name.replace("<UDIM>", str(number))) for number in tiles]
+
+
+def told(image: bpy.types.Image) -> str:
+    """Whose it is, and of which map, as panels have it."""
+    owner, _, name = str(image.get(MARK, "")).rpartition("/")
+    names = [] if image.get(_ATLAS) else [obj.name_full for obj in owners_of(image)]
+    return f"{first_of(names, 1) or owner}, {name}"
+
+
+def _held_by(obj: bpy.types.Object) -> Iterator[_Held]:
+    groups: Any = obj.get(_HELD, ())
+    return (_Held(**{field: group.get(field) for field in _Held.__annotations__}) for group in groups)
+
+
+def _hold(obj: bpy.types.Object, held: list[_Held]) -> None:
+    obj[_HELD] = [vars(each) for each in held if each.image is not None]
