@@ -1,4 +1,4 @@
-"""What feeds a socket of a material's nodes."""
+"""A material's nodes, and what feeds a socket of them."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import bpy
+
+from ..typed import Tree
 from .image_pixels import Unreadable
 
 Path = tuple[Any, ...]  # the group nodes that lead to a node, outermost first
@@ -19,6 +22,11 @@ class SocketSource:
     node: Any
     output: Any
     path: Path
+
+
+def nodes_of(block: bpy.types.Material | bpy.types.World) -> Tree | None:
+    """What makes a material or a World; None where it has no nodes, which from 5.0 on always count."""
+    return block.node_tree if bpy.app.version >= (5, 0) or block.use_nodes else None
 
 
 def socket_source(socket: Any, path: Path) -> SocketSource:

@@ -16,8 +16,7 @@ from .image_pixels import ImagePixels, Unreadable
 from .material_cache import MaterialCache
 from .mesh_layers import materials_of, places_of, slots_of, tangents_of, uv_map
 from .node_evaluator import NodeEvaluator
-from .node_links import Path, SocketSource, socket_source, unread
-from .opacity import nodes_of
+from .node_links import Path, SocketSource, nodes_of, socket_source, unread
 from .texel_values import Lookup
 
 WHAT = "normal maps"

@@ -14,7 +14,7 @@ import numpy as np
 
 from .image_pixels import ImagePixels
 from .node_evaluator import NodeEvaluator
-from .node_links import Path, SocketSource, socket_source, unread
+from .node_links import Path, SocketSource, nodes_of, socket_source, unread
 from .texel_values import TexelValues, bent, clipped, constant, grey, mapped, mix
 
 
@@ -38,11 +38,6 @@ def opacity_of(material: bpy.types.Material | None, pixels: ImagePixels) -> Opac
     reader = _Reader(pixels)
     texels = reader.shader(output.inputs["Surface"], ())
     return Opacity(replace(texels, values=clipped(texels.values)), reader.note)
-
-
-def nodes_of(material: bpy.types.Material) -> Any:
-    """A material's nodes, None where it has none; from 5.0 on they always count."""
-    return material.node_tree if bpy.app.version >= (5, 0) or material.use_nodes else None
 
 
 class _Reader(NodeEvaluator):

@@ -6,19 +6,22 @@ exporter's occlusion slot. What was linked there before goes through our nodes, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import bpy
 
+from ...core.base.errors import InputError
 from ...core.maps.occlusion import ambient_among, reflection_among
-from ..typed import library_of, mesh_of
+from ..materials.node_links import nodes_of
+from ..typed import Node, Tree, library_of, mesh_of
+from .own_materials import give_back, materials_of, own_nodes, remove_made, shows_maps
 from .ownership import MARK
 from .ro_nodes import CODES, NORMAL, add_rebuild, set_rebuild
 
 _LABEL = "Occlusion Bake"
 _AO, _RO = "ao", "ro"  # what nodes of ours are for, as they are marked
-_SLOT, _MADE = "slot", "made"  # a material of ours: in a slot that was empty, or in one of its own
+_FOR = f"{MARK} for"  # on a node: which shader it is for
 _GLTF_GROUP, _GLTF_SOCKET = "glTF Material Output", "Occlusion"  # as Blender's exporter looks for them
 _SPECULAR = "Specular IOR Level"
 _SHARE = "RO over Horizon"
@@ -33,89 +36,122 @@ def link_images(
     gltf: bool = False,
     channel: str = "",
     turned: bool = False,
-) -> None:
-    """Put baked images into each of the object's materials; again only exchanges the images.
+    among: Collection[bpy.types.Object] = (),
+) -> list[str]:
+    """Put baked images into each of the object's materials; again only exchanges the images. What other objects use,
+    too, is copied first (own_materials.py).
 
     images: by map; of several RO maps the first, and before these a directional code of degree 3, which is right in
     every view. uv: the UV map that they were baked onto, None for the active one. channel: of RGBA, the one that holds
     the map; empty where the image is grey. turned: they were baked about the normals that the materials shade with, not
-    about the mesh's. An object without materials gets one.
+    about the mesh's. among: objects that show the same images by the same UV map. An object without materials gets one.
+    Returns a line for each that cannot show the maps.
     """
-    ao, ro = (images[name] if name else None for name in (ambient_among(images), reflection_among(images)))
-    codes = [image for name in CODES if (image := images.get(name)) is not None]
-    codes = codes if len(codes) == len(CODES) else []  # of files there is one for all, which no node reads
-    if not (preview or gltf) or (ao is None and ro is None and not codes):
-        return
-    if not any(slot.material for slot in obj.material_slots):
-        _add_material(obj)
-    for tree in _trees(obj):
-        surface = next((node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"), None)
-        if preview and ao is not None and surface is not None:
-            _multiply_colour(tree, surface, _value(tree, _AO, ao, uv, surface, channel))
-        if preview and codes and surface is not None and mesh_of(obj).uv_layers:
-            active: Any = mesh_of(obj).uv_layers.active
-            place = uv or active.name  # tangents are of a map by name
-            rebuilt = _rebuilt(tree, codes, place)
-            _turn(tree, rebuilt, surface.inputs["Normal"] if turned else None)
+    maps = _Maps(obj, images, uv, channel, turned)
+    preview, gltf = preview and maps.any, gltf and maps.ao is not None
+    if not (preview or gltf):
+        return []
+    try:
+        materials = materials_of(obj)
+    except InputError as refusal:
+        return [str(refusal)]
+    lines = []
+    for material in materials:
+        if preview and not _can_show(material):
+            lines.append(
+                f"{obj.name}: no Principled BSDF leads to the output of its material {material.name}, outside of "
+                "groups, so that it does not show the maps; use one, or multiply the images into its colors"
+            )
+        if gltf or (preview and _can_show(material)):
+            _link(own_nodes(obj, material, among), maps, preview=preview, gltf=gltf)
+    return lines
+
+
+class _Maps:
+    """What an object shows. code: the images of a directional code; place: the UV map, whose tangents it takes."""
+
+    def __init__(
+        self, obj: bpy.types.Object, images: Mapping[str, bpy.types.Image], uv: str | None, channel: str, turned: bool
+    ) -> None:
+        self.ao, self.ro = (
+            images[name] if name else None for name in (ambient_among(images), reflection_among(images))
+        )
+        codes = [image for name in CODES if (image := images.get(name)) is not None]
+        layers: Any = mesh_of(obj).uv_layers
+        self.place = uv or (layers.active.name if layers else "")
+        # Of files there is one for all of a code, which no node reads.
+        self.code = codes if len(codes) == len(CODES) and self.place else []
+        self.uv, self.channel, self.turned = uv, channel, turned
+
+    @property
+    def any(self) -> bool:
+        """Whether there is anything that a material can show."""
+        return self.ao is not None or self.ro is not None or bool(self.code)
+
+
+def _link(tree: Tree, maps: _Maps, *, preview: bool, gltf: bool) -> None:
+    surfaces = _surfaces(tree)
+    beside = surfaces[0] if surfaces else None
+    if maps.ao is not None:
+        occlusion = _value(tree, _AO, maps.ao, maps.uv, beside, maps.channel)
+        for surface in surfaces if preview else []:
+            _multiply_colour(tree, surface, occlusion)
+        if gltf:
+            _fill_gltf(tree, occlusion)
+    for surface in surfaces if preview else []:
+        if maps.code:
+            rebuilt = _rebuilt(tree, maps.code, maps.place, surface)
+            _turn(tree, rebuilt, surface.inputs["Normal"] if maps.turned else None)
             _multiply_specular(tree, surface, rebuilt.outputs[_SHARE])
-        elif preview and ro is not None and surface is not None:
-            _multiply_specular(tree, surface, _value(tree, _RO, ro, uv, surface, channel))
-        if gltf and ao is not None:
-            _fill_gltf(tree, _value(tree, _AO, ao, uv, surface, channel))
+        elif maps.ro is not None:
+            _multiply_specular(tree, surface, _value(tree, _RO, maps.ro, maps.uv, beside, maps.channel))
 
 
 def unlink_images(obj: bpy.types.Object) -> bool:
     """Take everything of ours out of the object's materials. Returns whether there was anything."""
-    found = False
-    for tree in _trees(obj):
+    found = has_linked_images(obj)
+    give_back(obj)
+    for tree in _hooked(obj):
         ours = [node for node in tree.nodes if MARK in node]
         for node in ours:
             if node[MARK].endswith("multiply"):
                 _restore(tree, node)
         for node in ours:
             tree.nodes.remove(node)
-        found = found or bool(ours)
+    remove_made(obj)
     group: Any = bpy.data.node_groups.get(_GLTF_GROUP)
     if group is not None and MARK in group and not group.users:
         bpy.data.node_groups.remove(group)
-    return _remove_material(obj) or found
+    return found
 
 
 def has_linked_images(obj: bpy.types.Object) -> bool:
     """Whether any of the object's materials holds nodes of ours."""
-    return any(MARK in node for tree in _trees(obj) for node in tree.nodes)
+    return any(True for _ in _hooked(obj))
 
 
-def _trees(obj: bpy.types.Object) -> Iterator[Any]:
+def _hooked(obj: bpy.types.Object) -> Iterator[Tree]:
+    """The nodes of the object's materials that hold nodes of ours."""
     for material in {slot.material for slot in obj.material_slots if slot.material is not None}:
-        if library_of(material) is None and material.node_tree is not None:
+        if library_of(material) is None and shows_maps(material):
             yield material.node_tree
 
 
-def _add_material(obj: bpy.types.Object) -> None:
-    material = bpy.data.materials.new(obj.name)
-    if not material.node_tree:
-        material.use_nodes = True
-    material[MARK] = _SLOT if obj.material_slots else _MADE
-    if obj.material_slots:
-        obj.material_slots[0].material = material
-    else:
-        mesh_of(obj).materials.append(material)
+def _can_show(material: bpy.types.Material) -> bool:
+    """Whether there is a shader to multiply maps into; where there are no nodes there will be one."""
+    tree = nodes_of(material)
+    return tree is None or bool(_surfaces(tree))
 
 
-def _remove_material(obj: bpy.types.Object) -> bool:
-    """Remove a material that `link_images` had to make, unless others use it by now."""
-    for slot in obj.material_slots:
-        material: Any = slot.material
-        if material is None or MARK not in material or material.users > 1:
-            continue
-        if material[MARK] == _MADE and len(obj.material_slots) == 1:
-            mesh_of(obj).materials.clear()
-        else:
-            slot.material = None
-        bpy.data.materials.remove(material)
-        return True
-    return False
+def _surfaces(tree: Tree) -> list[Node]:
+    """The shaders that lead to an output, but for those in groups, which other materials may use, too."""
+    waiting, seen = [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"], set()
+    while waiting:
+        node = waiting.pop()
+        if node not in seen:
+            seen.add(node)
+            waiting += [link.from_node for socket in node.inputs for link in socket.links]
+    return [node for node in tree.nodes if node in seen and node.type == "BSDF_PRINCIPLED"]
 
 
 def _value(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, beside: Any, channel: str) -> Any:
@@ -149,9 +185,10 @@ def _texture(tree: Any, kind: str, image: bpy.types.Image, uv: str | None, besid
 
 def _multiply_colour(tree: Any, surface: Any, occlusion: Any) -> None:
     """occlusion: the socket that gives it."""
-    mix = _ours(tree, f"{_AO} multiply")
+    mix = _ours(tree, f"{_AO} multiply", surface)
     if mix is None:
         mix = _node(tree, "ShaderNodeMix", surface, (-300.0, 0.0), f"{_AO} multiply")
+        mix[_FOR] = surface.name
         mix.data_type, mix.blend_type = "RGBA", "MULTIPLY"
         mix.inputs["Factor"].default_value = 1.0
         out = next(socket for socket in mix.outputs if socket.type == "RGBA")
@@ -164,9 +201,9 @@ def _colours(mix: Any) -> list[Any]:
     return [socket for socket in mix.inputs if socket.type == "RGBA"]
 
 
-def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
-    """The node that rebuilds RO from a code, new where there is none."""
-    there = _ours(tree, "code")
+def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str, surface: Any) -> Any:
+    """The node that rebuilds RO from a code for a shader, new where there is none."""
+    there = _ours(tree, "code", surface)
     if there is not None:
         set_rebuild(there, images, uv)
         return there
@@ -174,6 +211,7 @@ def _rebuilt(tree: Any, images: Sequence[bpy.types.Image], uv: str) -> Any:
     node = add_rebuild(tree, images, uv)
     for each in set(tree.nodes) - before:
         each.label, each[MARK] = _LABEL, "code" if each == node else "code image"
+    node[_FOR] = surface.name
     return node
 
 
@@ -188,9 +226,10 @@ def _turn(tree: Any, rebuilt: Any, normal: Any) -> None:
 
 def _multiply_specular(tree: Any, surface: Any, occlusion: Any) -> None:
     """occlusion: the socket that gives it."""
-    product = _ours(tree, f"{_RO} multiply")
+    product = _ours(tree, f"{_RO} multiply", surface)
     if product is None and _SPECULAR in surface.inputs:
         product = _node(tree, "ShaderNodeMath", surface, (-300.0, -300.0), f"{_RO} multiply")
+        product[_FOR] = surface.name
         product.operation = "MULTIPLY"
         _pass_through(tree, surface.inputs[_SPECULAR], product.inputs[0], product.outputs[0])
     if product is not None:
@@ -236,8 +275,13 @@ def _gltf_group() -> Any:
     return group
 
 
-def _ours(tree: Any, purpose: str) -> Any:
-    return next((node for node in tree.nodes if node.get(MARK) == purpose), None)
+def _ours(tree: Any, purpose: str, surface: Any = None) -> Any:
+    """The node for a purpose, and for a shader where each has its own; one of an earlier version is for the first."""
+    ours = [node for node in tree.nodes if node.get(MARK) == purpose]
+    if surface is not None:
+        first = _surfaces(tree)[0].name
+        ours = [node for node in ours if node.get(_FOR, first) == surface.name]
+    return ours[0] if ours else None
 
 
 def _node(tree: Any, kind: str, beside: Any, shift: tuple[float, float], purpose: str) -> Any:

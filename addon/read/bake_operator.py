@@ -6,6 +6,7 @@ from typing import Any
 
 import bpy
 
+from ..materials.node_links import nodes_of
 from ..typed import Node, Tree
 
 # How the bake operator fills an image of ours: its active one, as it is, no margin.
@@ -21,7 +22,7 @@ INTO_IMAGE: Any = {
 
 def with_texture(material: bpy.types.Material | None, image: bpy.types.Image) -> bpy.types.Material:
     """A local copy of the material, or a plain one where there are no nodes, with the image active in its tree."""
-    if material is None or not _has_nodes(material):
+    if material is None or nodes_of(material) is None:
         copy = bpy.data.materials.new("Occlusion Bake")
         if bpy.app.version < (5, 0):  # later always so
             copy.use_nodes = True
@@ -32,7 +33,3 @@ def with_texture(material: bpy.types.Material | None, image: bpy.types.Image) ->
     texture.image = image
     tree.nodes.active = texture
     return copy
-
-
-def _has_nodes(material: bpy.types.Material) -> bool:
-    return material.node_tree is not None and (bpy.app.version >= (5, 0) or material.use_nodes)

@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 
 from ...core.base.errors import InputError
+from ..materials.node_links import nodes_of
 from ..typed import Node, Socket, Tree
 
 # What Light Path tells of a ray that left a surface once, by a diffuse bounce, and met nothing.
@@ -18,7 +19,7 @@ _DIFFUSE_RAY = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.
 
 def has_nodes(world: bpy.types.World) -> bool:
     """Whether nodes make the World; else it is of one colour."""
-    return world.node_tree is not None and (bpy.app.version >= (5, 0) or world.use_nodes)
+    return nodes_of(world) is not None
 
 
 def file_of(image: bpy.types.Image) -> Path:

@@ -318,16 +318,22 @@ def put(
     channel = destination.channel if destination.kind == CHANNEL else ""
     if not channel:
         store_request(request, [ref for ref, _, _ in found], images)
+    by_place: dict[tuple[str | None, bool], list[bpy.types.Object]] = {}
     for ref, obj, target in found:
-        link_images(
-            obj,
-            images,
-            layer or _shown_map(obj, target),
-            preview=request.preview,
-            gltf=request.gltf,
-            channel=channel,
-            turned=target.normal_map is not None or ref in job.highs,
-        )
+        turned = target.normal_map is not None or ref in job.highs
+        by_place.setdefault((layer or _shown_map(obj, target), turned), []).append(obj)
+    for (uv, turned), objects in by_place.items():
+        for obj in objects:
+            result.baked.warnings += link_images(
+                obj,
+                images,
+                uv,
+                preview=request.preview,
+                gltf=request.gltf,
+                channel=channel,
+                turned=turned,
+                among=set(objects),
+            )
 
 
 def _shown_map(obj: bpy.types.Object, target: Instance) -> str | None:

@@ -732,7 +732,8 @@ _WHERE = (
         Switch(),
         place=Place(
             "Show in Material",
-            "Multiply AO into the base color, and RO into the specular level, of the object's materials",
+            "Multiply AO into the base color, and RO into the specular level, of the object's materials. One that "
+            "other objects use, too, or that is linked, is copied for the object, until Remove from Materials",
             "material",
             1,
         ),
