@@ -67,8 +67,10 @@ def remove_made(obj: bpy.types.Object) -> None:
             _back_to_mesh(obj, slot)
             bpy.data.materials.remove(made)
     mesh: Any = mesh_of(obj)
+    if MARK not in mesh:
+        return
     users = [each for each in bpy.data.objects if each.data == mesh]
-    if MARK in mesh and not any(slot.material for user in users for slot in user.material_slots):
+    if not any(slot.material for user in users for slot in user.material_slots):
         mesh.materials.clear()
         del mesh[MARK]
 
