@@ -32,6 +32,7 @@ class Progress:
         self.preview: Preview | None = None
         self._objects = max(objects, 1)
         self._finished = 0
+        self._part = (0, 1)  # which of how many parts of an object is being made
         self._span = (0.0, 0.0)  # of the whole, what the running stage goes through; one object, so read at once
         self._reached = 0.0
         self._start = self._entered = time.monotonic()
@@ -53,9 +54,14 @@ class Progress:
         self.stage, self._entered, self._counts_rays = stage, time.monotonic(), rays
         return self.control
 
+    def begin_part(self, number: int, count: int) -> None:
+        """The shares of stages are those of one of so many parts of the object, from here on."""
+        self._part = (number, count)
+
     def finish_object(self) -> None:
         """One object is done."""
         self._finished += 1
+        self._part = (0, 1)
         self._measure((0.0, 0.0))
 
     def cancel(self) -> None:
@@ -90,7 +96,8 @@ class Progress:
 
     def _measure(self, share: tuple[float, float]) -> None:
         self.control.done = self.control.total = 0
-        start, end = share
+        number, count = self._part
+        start, end = ((number + part) / count for part in share)
         self._span = ((self._finished + start) / self._objects, (self._finished + end) / self._objects)
 
 

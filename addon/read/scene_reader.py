@@ -126,7 +126,9 @@ class _Found:
     materials: _Materials
     lines: list[str] = field(default_factory=list)  # on materials that are not read as they are
     meshes: dict[int, bpy.types.Mesh] = field(default_factory=dict)  # by address, as are the others
+    standing: list[_Entry] = field(default_factory=list)  # what blocks light, but for the request
     occluders: list[_Entry] = field(default_factory=list)
+    private: set[str] = field(default_factory=set)  # labels of occluders that are so for being baked alone
     targets: dict[int, _Entry] = field(default_factory=dict)  # by the address of the original object
     normal_maps: dict[int, NormalMap | None] = field(default_factory=dict)  # of those, by the same
     unread: dict[str, str] = field(default_factory=dict)  # by label: what of it is not traced
@@ -167,10 +169,8 @@ def _read(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> tuple[Scene, list[
     }
     occluders = [_instance(entry, meshes) for entry in found.occluders if len(meshes[entry[1]].triangles)]
     if request.occluding.ground:
-        standing = [each for high in highs.values() for each in high.meshes] + targets
-        occluders.append(ground_below(standing))
-    scene = Scene(targets, occluders, _camera(depsgraph), shared=not request.occluding.alone, highs=highs)
-    return scene, found.warnings
+        occluders.append(ground_below([_instance(entry, meshes) for entry in found.standing or found.targets.values()]))
+    return Scene(targets, occluders, _camera(depsgraph), found.private, highs), found.warnings
 
 
 def _cage(wanted: _Wanted, target: BlockRef, found: _Found, meshes: dict[int, Mesh]) -> Instance | None:
@@ -207,7 +207,8 @@ def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
         obj, data = instance.object, instance.object.data
         owner = instance.parent if instance.is_instance else obj
         address, uid = owner.original.as_pointer(), uid_of(owner)
-        casts = _casts_shadow(instance) and occluding.counts(uid, own=address in targets)
+        standing, own = _casts_shadow(instance), address in targets
+        casts = standing and occluding.counts(uid, own=own)
         label, owner_label = (wanted.labels.get(uid_of(each), each.name) for each in (obj, owner))
         if casts and (what := _not_traced(instance)):
             found.unread[label] = what
@@ -216,8 +217,12 @@ def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
         key, matrix = data.as_pointer(), matrix_of(instance.matrix_world)
         found.meshes.setdefault(key, data)
         name = f"{owner_label}/{label}" if instance.is_instance else label
+        if standing:
+            found.standing.append((name, key, matrix, owner_label, None))
         if casts:
             found.occluders.append((name, key, matrix, owner_label, _cutout(obj, data, found)))
+            if own and not occluding.counts(uid):
+                found.private.add(owner_label)
         if not instance.is_instance and address in targets:
             found.targets[address] = (name, key, matrix, owner_label, None)
             if address in mapped:

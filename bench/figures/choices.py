@@ -96,7 +96,7 @@ def _traced(subject: Subject, choice: Choice, _: int) -> tuple[dict[str, float],
     (target,), device = subject.scene.targets, _device()
     with patch.dict("os.environ", choice.tunables):
         start = time.perf_counter()
-        frame = Occluders(device, subject.scene.occluders).frame_for(target)
+        frame = Occluders(device, subject.scene.occluders).frame_for(target, rays=1e12)  # all flat
         build_seconds = time.perf_counter() - start
         mesh = world_surface(target, frame.origin)
         diagonal = float(np.linalg.norm(np.ptp(mesh.vertices, axis=0)))

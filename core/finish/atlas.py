@@ -95,6 +95,5 @@ def _together(a: SurfaceReport, b: SurfaceReport) -> SurfaceReport:
         a.texels + b.texels,
         a.overlapped + b.overlapped,
         mean(a.interior, b.interior),
-        mean(a.flipped, b.flipped),
-        mean(a.buried, b.buried),
+        {sight: mean(a.sights.get(sight, 0.0), b.sights.get(sight, 0.0)) for sight in {**a.sights, **b.sights}},
     )

@@ -8,6 +8,7 @@ from typing import Protocol
 
 from ..base.arrays import Flags, Floats
 from ..spherical.directional_format import DirectionalFormat
+from ..texels.flipped_faces import Sight
 
 Metadata = Mapping[str, str | int | float]
 
@@ -59,14 +60,23 @@ class BakedMap:
 @dataclass
 class SurfaceReport:
     """texels: those with an owner. overlapped: those that show one of several faces. interior: the share of them, 0 to
-    1, that lies inside other meshes (interior.py); their values are as traced. flipped: the share of those that see the
-    backs of its own faces alone, buried: of those whose own backs see such, too (flipped_faces.py)."""
+    1, that lies inside other meshes (interior.py); their values are as traced. sights: shares by what their faces see
+    (flipped_faces.py)."""
 
     texels: int = 0
     overlapped: int = 0
     interior: float = 0.0
-    flipped: float = 0.0
-    buried: float = 0.0
+    sights: Mapping[Sight, float] = field(default_factory=dict)
+
+    @property
+    def flipped(self) -> float:
+        """The share that sees the backs of its own faces alone."""
+        return self.sights.get(Sight.FLIPPED, 0.0)
+
+    @property
+    def buried(self) -> float:
+        """The share of which the backs see such, too."""
+        return self.sights.get(Sight.BURIED, 0.0)
 
 
 @dataclass(eq=False)

@@ -236,7 +236,7 @@ _WHO = (
     Option(
         "use_ground",
         Switch(),
-        Flag("--ground", "and a level ground below what is baked"),
+        Flag("--ground", "and a level ground below all that blocks light in the scene"),
         Place("Ground", "Bake as if the objects stood on a level ground without end", "occluders", 3),
     ),
     Option(

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..base.errors import Cancelled, InputError
 
-ABI_VERSION = 9
+ABI_VERSION = 10
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -121,7 +121,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_mesh_build": [_HANDLE, *_MESH, *_RAY_FILTER, _CONTROL, POINTER(_HANDLE)],
     "ob_scene_begin": [_HANDLE, POINTER(_HANDLE)],
     "ob_scene_add_triangles": [_HANDLE, *_MESH, *_RAY_FILTER],
-    "ob_scene_add_instances": [_HANDLE, _HANDLE, c_void_p, c_int64],
+    "ob_scene_add_instances": [_HANDLE, POINTER(_HANDLE), c_void_p, c_int64],
     "ob_scene_commit": [_HANDLE, _CONTROL],
     "ob_rasterize": [
         *[c_void_p, c_int64, c_void_p, c_int32, c_int32, c_int32, c_int32],

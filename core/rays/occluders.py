@@ -1,60 +1,81 @@
-"""What blocks light, as trees of Embree's: which objects are within reach, which are instanced, in whose frame.
+"""What blocks light, as trees of Embree's: which objects are within reach of a target, and how each is stored.
 
-A bake is traced in float32 about the middle of its object. Meshes that stand in the scene once become part of one flat
-tree; those that stand in it often, and are large, are stored once and instanced.
+A target, or a part of it, is traced in float32 about an origin of its own. Its surface stands in a flat tree about that
+origin, with all that rounding could move against it: what is large and near. All else is instanced, each piece of a
+mesh stored once for all targets, under a top level that is made anew for each: that takes a few microseconds an
+instance, and rays are as fast to a tenth. How a target is traced follows from the scene and from it alone: never from
+which others are baked, so one baked alone and one baked among many are the same to the last bit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
-from ..base.arrays import Doubles, Floats
+from ..base.arrays import Doubles, Flags, Longs
+from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
-from ..scene.world_mesh import bounds_of, centre_of, mirrors, world_mesh
+from ..scene.world_mesh import bounds_of, mirrors, world_mesh
 from .embree import Device
 from .kernel_api import Control
+from .pieces import Piece, pieces_of
 from .ray_options import ALL_OCCLUDERS, RayOptions
-from .trace_scene import Geometry, RayFilter, TraceScene
+from .trace_scene import RayFilter, TraceScene
 
-# A copy costs memory, an instance tracing time: below so many extra triangles a repeated mesh is copied.
-COPIED_TRIANGLES = 1 << 18
-# An object may be baked in a frame whose origin is off its middle by so many of its radii: two bits of a float32's 24.
-FRAME_RADII = 4.0
 # Occluders larger than this, or farther off, are left out: lengths cubed would leave float32's range (scene.py).
 FARTHEST = 1e12
+# What is instanced is rounded by 2^-24 of its size and distance. Where these are below so many times the target's
+# radius, or the gap between the two, that is less than what rays start off the surface by, or 2^-20 of the gap.
+PRECISE = 16.0
+# A piece is as fast flat as it is instanced, or faster by a tenth, but has to be built for the one target: that takes
+# about as long as two rays a triangle.
+RAYS_A_TRIANGLE = 64
+LEAST_COPIED, MOST_COPIED = 1 << 10, 1 << 18  # triangles, but for those that must be flat
+_LEAST_SCALE = 1e-9  # of a matrix: its inverse, and the determinant, stay within float32's range
+
+
+@dataclass(frozen=True, eq=False)
+class TraceFrame:
+    """A built scene and the world-space point that is its origin ((3,) float64).
+
+    flat, instanced: places, in the list of occluders, of those in the flat tree and of those with instanced pieces.
+    numbers: of what is flat and whole, as the scene counts them. triangles: of all.
+    """
+
+    scene: TraceScene
+    origin: Doubles
+    flat: frozenset[int]
+    instanced: frozenset[int]
+    numbers: Mapping[int, int]
+    triangles: int
+
+    def holds_others(self, own: int) -> bool:
+        """Whether there is more in it than the one geometry of this number."""
+        return len(self.flat | self.instanced) > (own >= 0)
 
 
 _Key = tuple[int, int]  # a mesh and what of it is cut out
 
 
 @dataclass(frozen=True, eq=False)
-class TraceFrame:
-    """A built scene and the world-space point that is its origin ((3,) float64)."""
+class _Rows:
+    """Pieces of instances, a row each. place: (N,) int64, the instance's in the list of occluders. middle: (N, 3)
+    float64, of the piece's box in world space, and half: half of that box's sides. stretch: (N,) float64, how much more
+    than lengths its roundings are, in the piece's own space and back."""
 
-    scene: TraceScene
-    origin: Doubles
-    flat: frozenset[int]  # places, in the list of occluders, of those in the flat tree
-    instanced: frozenset[int]
-    numbers: Mapping[int, int]  # of those in the flat tree, as the scene counts them
-    triangles: int  # of all, instances counted each
-
-    def serves(self, target: Instance, own: int, wanted: frozenset[int]) -> bool:
-        """Whether the target may be traced in it: near enough, not itself an instance, nothing wanted missing."""
-        low, high = bounds_of(target)
-        radius = 0.5 * float(np.linalg.norm(high - low))
-        near = float(np.linalg.norm(centre_of(target) - self.origin)) <= FRAME_RADII * radius
-        return near and own not in self.instanced and wanted == self.flat | self.instanced
-
-    def holds_others(self, own: int) -> bool:
-        """Whether there is more in it than the one geometry of this number."""
-        return len(self.flat) + len(self.instanced) > (own >= 0)
+    pieces: Sequence[Piece]
+    place: Longs
+    middle: Doubles
+    half: Doubles
+    stretch: Doubles
+    triangles: Longs
 
 
 class Occluders:
-    """The occluders of a scene, built when first needed and kept for the next object where that costs no precision."""
+    """The occluders of a scene. Trees of pieces are built when first needed and kept, and so is the last frame."""
 
     def __init__(
         self,
@@ -77,65 +98,106 @@ class Occluders:
         self.warnings = _warnings(instances, self._instances)
         self._boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
         self.warnings += _leave_out_the_largest(instances, self._boxes)
-        self._geometries: dict[_Key, tuple[Geometry, Doubles]] = {}
-        self._frame: TraceFrame | None = None
+        self._linear = np.array([instance.matrix[:3, :3] for instance in instances]).reshape(-1, 3, 3)
+        self._named = _places_by(instance.name for instance in instances)
+        self._owned = _places_by(instance.belongs_to for instance in instances)
+        self._pieces: dict[_Key, list[Piece]] = {}
+        self._rows, self._without_rows = _no_rows(), frozenset(range(len(instances)))
+        self._latest: tuple[tuple[object, ...], TraceFrame] | None = None
 
-    def frame_for(self, target: Instance, control: Control | None = None) -> TraceFrame:
-        """The scene to trace the target in. Raises Cancelled, MemoryError."""
-        wanted = self._within_reach(target)
-        own = self._place_of(target)
-        if self._frame is None or not self._frame.serves(target, own, wanted):
-            self._frame = None  # free the old tree before the new one grows
-            self._frame = self._build(target, own, wanted, control)
-        return self._frame
+    def frame_for(
+        self,
+        target: Instance,
+        part: Part | None = None,
+        surface: Sequence[Instance] = (),
+        *,
+        rays: float = 0.0,
+        control: Control | None = None,
+    ) -> TraceFrame:
+        """The scene to trace a target in. part: which part of it, by default the first. surface: what rays start from,
+        where that is not the target itself. rays: about how many there will be; for speed alone.
+
+        Raises Cancelled, MemoryError.
+        """
+        part = part or parts_of(target)[0]
+        own = frozenset(self._place_of(each) for each in surface or [target]) - {-1}
+        key = (target.name, id(target.mesh), target.matrix.tobytes(), part.origin.tobytes(), own, rays)
+        if self._latest is None or self._latest[0] != key:
+            self._latest = None  # free the old tree before the new one grows
+            self._latest = key, self._build(self._within_reach(target, part), part, own, rays, control)
+        return self._latest[1]
 
     def number_of(self, target: Instance, frame: TraceFrame) -> int:
         """The target's own geometry in a frame's scene, as `TraceScene.add` numbered it; -1: it does not occlude."""
         return frame.numbers.get(self._place_of(target), -1)
 
     def _place_of(self, target: Instance) -> int:
-        return next((i for i, instance in enumerate(self._instances) if _is_same(instance, target)), -1)
+        named = self._named.get(target.name, ())
+        return next((place for place in named if _is_same(self._instances[place], target)), -1)
 
-    def _within_reach(self, target: Instance) -> frozenset[int]:
-        """Places of the occluders whose boxes come as near the target's as rays go."""
-        own_low, own_high = bounds_of(target)
+    def _within_reach(self, target: Instance, part: Part) -> Flags:
+        """(N,) bool: occluders whose boxes come as near the part's as rays go."""
         low, high = self._boxes[:, 0], self._boxes[:, 1]
-        gap = np.maximum(np.maximum(low - own_high, own_low - high), 0.0)
-        near = np.isfinite(self._boxes).all(axis=(1, 2))
-        near[near] = np.linalg.norm(gap[near], axis=1) <= min(self._options.reach * (1.0 + 1e-6), FARTHEST)
-        places: list[int] = np.flatnonzero(near).tolist()
-        return frozenset(i for i in places if self._may_occlude(self._instances[i], target))
+        near: Flags = np.isfinite(self._boxes).all(axis=(1, 2))
+        near[near] = _gaps(low[near], high[near], part) <= min(self._options.reach * (1.0 + 1e-6), FARTHEST)
+        for owner, served in self._reserved.items():
+            if target.name not in served:
+                near[self._owned.get(owner, [])] = False
+        return near
 
-    def _may_occlude(self, occluder: Instance, target: Instance) -> bool:
-        return target.name in self._reserved.get(occluder.belongs_to, (target.name,))
-
-    def _build(self, target: Instance, own: int, wanted: frozenset[int], control: Control | None) -> TraceFrame:
-        origin = centre_of(target)
-        scene = TraceScene(self._device)
-        instanced: set[int] = set()
-        numbers: dict[int, int] = {}
-        for uses in self._by_mesh(wanted):
-            first = self._instances[uses[0]]
-            many = (len(uses) - 1) * len(first.mesh.triangles) > COPIED_TRIANGLES
-            apart = {i for i in uses if i != own} if many else set()
-            for i in uses:
-                if i not in apart:
-                    numbers[i] = self._add_copy(scene, self._instances[i], origin)
-            if apart:
-                self._add_instances(scene, first, sorted(apart), origin, control)
-                instanced |= apart
+    def _build(
+        self, reached: Flags, part: Part, own: frozenset[int], rays: float, control: Control | None
+    ) -> TraceFrame:
+        scene, numbers = TraceScene(self._device), dict[int, int]()
+        for place in sorted(own):
+            if reached[place]:
+                numbers[place] = self._add_flat(scene, self._instances[place], part.origin)
+                reached[place] = False
+        rows = self._rows_but(own)
+        used = np.flatnonzero(reached[rows.place])
+        flat = _stands_flat(rows, used, part, min(max(rays / RAYS_A_TRIANGLE, LEAST_COPIED), MOST_COPIED))
+        for row in used[flat].tolist():
+            piece, instance = rows.pieces[row], self._instances[rows.place[row]]
+            self._add_flat(scene, replace(instance, mesh=piece.mesh, cutout=piece.cutout), part.origin)
+        self._add_instances(scene, rows, used[~flat], part.origin, control)
         scene.commit(control)
-        triangles = sum(len(self._instances[i].mesh.triangles) for i in wanted)
-        return TraceFrame(scene, origin, wanted - instanced, frozenset(instanced), numbers, triangles)
+        triangles = sum(len(self._instances[place].mesh.triangles) for place in numbers)
+        return TraceFrame(
+            scene,
+            part.origin,
+            frozenset(numbers) | frozenset(rows.place[used[flat]].tolist()),
+            frozenset(rows.place[used[~flat]].tolist()),
+            numbers,
+            triangles + int(rows.triangles[used].sum()),
+        )
 
-    def _by_mesh(self, wanted: frozenset[int]) -> list[list[int]]:
-        groups: dict[_Key, list[int]] = {}
-        for i in sorted(wanted):
-            groups.setdefault(_key(self._instances[i]), []).append(i)
-        return list(groups.values())
+    def _rows_but(self, own: frozenset[int]) -> _Rows:
+        """Those of all occluders, but perhaps for these: what is never instanced need not be cut up."""
+        if not self._without_rows <= own:
+            first = len(self._without_rows) == len(self._instances)
+            self._without_rows = own if first else frozenset()
+            self._rows = self._cut_up([i for i in range(len(self._instances)) if i not in self._without_rows])
+        return self._rows
 
-    def _add_copy(self, scene: TraceScene, instance: Instance, origin: Doubles) -> int:
-        """In the flat tree; returns its number."""
+    def _cut_up(self, places: Sequence[int]) -> _Rows:
+        for place in places:
+            instance = self._instances[place]
+            if _key(instance) not in self._pieces:
+                self._pieces[_key(instance)] = pieces_of(instance.mesh, instance.cutout)
+        pieces = [self._pieces[_key(self._instances[place])] for place in places]
+        every = list(chain.from_iterable(pieces))
+        if not every:
+            return _no_rows()
+        of = np.repeat(np.array(places, dtype=np.int64), [len(each) for each in pieces])
+        linear, shift = self._linear[of], np.array([self._instances[i].matrix[:3, 3] for i in of])
+        with np.errstate(all="ignore"):  # a transform that is not finite has no reach
+            middle = np.einsum("nij,nj->ni", linear, [each.middle for each in every]) + shift
+            half = np.einsum("nij,nj->ni", np.abs(linear), [each.half for each in every])
+        triangles = np.array([len(each.mesh.triangles) for each in every], dtype=np.int64)
+        return _Rows(every, of, middle, half, _stretch(self._linear)[of], triangles)
+
+    def _add_flat(self, scene: TraceScene, instance: Instance, origin: Doubles) -> int:
+        """Returns its number."""
         copy, ray_filter = world_mesh(instance, origin), RayFilter(instance.cutout, self._options.front_only)
         if instance.cutout is not None and mirrors(instance):  # corners have changed places
             swapped = np.ascontiguousarray(instance.cutout.uv[:, [0, 2, 1]])
@@ -143,27 +205,58 @@ class Occluders:
         return scene.add(copy.vertices, copy.triangles, ray_filter)
 
     def _add_instances(
-        self, scene: TraceScene, first: Instance, uses: list[int], origin: Doubles, control: Control | None
+        self, scene: TraceScene, rows: _Rows, which: Longs, origin: Doubles, control: Control | None
     ) -> None:
-        if _key(first) not in self._geometries:
-            ray_filter = RayFilter(first.cutout, self._options.front_only)
-            self._geometries[_key(first)] = _centred(self._device, first.mesh, ray_filter, control)
-        geometry, centre = self._geometries[_key(first)]
-        matrices = np.array([self._instances[i].matrix for i in uses])
-        matrices[:, :3, 3] += matrices[:, :3, :3] @ centre - origin
-        scene.add_instances(geometry, matrices[:, :3])
+        front_only = self._options.front_only
+        geometries = [rows.pieces[row].geometry(self._device, front_only, control) for row in which.tolist()]
+        matrices = np.empty((len(which), 3, 4))
+        matrices[:, :, :3], matrices[:, :, 3] = self._linear[rows.place[which]], rows.middle[which] - origin
+        scene.add_instances(geometries, matrices)
+
+
+def _stands_flat(rows: _Rows, used: Longs, part: Part, budget: float) -> Flags:
+    """(N,) bool, of the rows that are used: those that would be rounded too much, and the nearest of the others that
+    have no more triangles than the budget together."""
+    middle, half = rows.middle[used], rows.half[used]
+    gap = _gaps(middle - half, middle + half, part)
+    away = np.linalg.norm(middle - part.origin, axis=1) + part.radius + np.linalg.norm(half, axis=1)
+    flat: Flags = ~(away * rows.stretch[used] <= PRECISE * np.maximum(part.radius, gap))
+    others = np.flatnonzero(~flat)
+    nearest = others[np.argsort(gap[others], kind="stable")]
+    flat[nearest[np.cumsum(rows.triangles[used][nearest]) <= budget]] = True
+    return flat
+
+
+def _gaps(low: Doubles, high: Doubles, part: Part) -> Doubles:
+    """(N,): how far boxes are from a part's."""
+    gaps: Doubles = np.linalg.norm(np.maximum(np.maximum(low - part.high, part.low - high), 0.0), axis=1)
+    return gaps
+
+
+def _stretch(linear: Doubles) -> Doubles:
+    """(N,): the ratio of the singular values of (N, 3, 3) matrices; inf where Embree could not invert one."""
+    finite = np.isfinite(linear).all(axis=(1, 2))
+    values = np.zeros((len(linear), 3))
+    values[finite] = np.linalg.svd(linear[finite], compute_uv=False)
+    sound = (values[:, 2] > _LEAST_SCALE) & (values[:, 0] < 1.0 / _LEAST_SCALE)
+    return np.divide(values[:, 0], values[:, 2], out=np.full(len(linear), np.inf), where=sound)
+
+
+def _no_rows() -> _Rows:
+    none, points = np.zeros(0, dtype=np.int64), np.zeros((0, 3))
+    return _Rows([], none, points, points, np.zeros(0), none)
+
+
+def _places_by(names: Iterable[str]) -> dict[str, list[int]]:
+    places: dict[str, list[int]] = {}
+    for place, name in enumerate(names):
+        places.setdefault(name, []).append(place)
+    return places
 
 
 def _key(instance: Instance) -> _Key:
     """Equal for instances that can share a tree."""
     return id(instance.mesh), id(instance.cutout)
-
-
-def _centred(device: Device, mesh: Mesh, ray_filter: RayFilter, control: Control | None) -> tuple[Geometry, Doubles]:
-    """The mesh about the middle of its own box, and that middle."""
-    centre: Doubles = np.mean(mesh.box, axis=0)
-    vertices: Floats = (mesh.vertices - centre).astype(np.float32)
-    return Geometry(device, vertices, mesh.triangles, control, ray_filter), centre
 
 
 def _is_same(instance: Instance, target: Instance) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from ctypes import byref, c_void_p
 from dataclasses import dataclass
 from typing import Any
@@ -67,14 +68,12 @@ class TraceScene:
         self._count += 1
         return self._count - 1
 
-    def add_instances(self, geometry: Geometry, matrices: Doubles) -> None:
-        """The geometry under each of (N, 3, 4) matrices, mesh to scene."""
+    def add_instances(self, geometries: Sequence[Geometry], matrices: Doubles) -> None:
+        """Geometries, N of them, each under one of (N, 3, 4) matrices, mesh to scene."""
         rows = np.ascontiguousarray(matrices, dtype=np.float32)
-        status = api.library().ob_scene_add_instances(
-            self.handle, geometry.handle, api.address(rows, np.float32), len(rows)
-        )
-        api.check(status)
-        self._kept.append(geometry.ray_filter)
+        handles = (c_void_p * len(rows))(*(each.handle.value for each in geometries))
+        api.check(api.library().ob_scene_add_instances(self.handle, handles, api.address(rows, np.float32), len(rows)))
+        self._kept += {each.ray_filter for each in geometries}
         self._count += len(rows)
 
     def commit(self, control: api.Control | None = None) -> None:

@@ -6,21 +6,29 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .parts import parts_of
 from .scene import Instance, Mesh
 from .world_mesh import bounds_of
 
 NAME = "Occlusion Bake Ground"
 _GAP = 1e-4  # of the diagonal of what stands on it: faces that lie on the ground see it, and are dark
-_EXTENT = 1e3  # such diagonals to each side: what light still passes under its rim is below 1e-6 of the whole
+_EXTENT = 1e3  # diagonals of the scene to each side: what light still passes under its rim is below 1e-6 of the whole
+_WIDEST = 1e11  # units to each side: it can be traced
 
 
-def ground_below(targets: Sequence[Instance]) -> Instance:
-    """A level square a hair below the lowest point of the targets, about them, as wide as to be without end."""
-    boxes = np.array([bounds_of(target) for target in targets])
-    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-    diagonal = float(np.linalg.norm(high - low))
+def ground_below(standing: Sequence[Instance]) -> Instance:
+    """A level square a hair below the lowest point of a scene, about it, as wide as to be without end.
+
+    standing: all meshes that block light there, whichever are baked; those without faces do not count. The hair is a
+    share of the size of the one that stands lowest, but for what strays from it.
+    """
+    boxes = np.array([bounds_of(each) for each in standing])
+    there = np.isfinite(boxes).all(axis=(1, 2))
+    low, high = boxes[there, 0].min(axis=0), boxes[there, 1].max(axis=0)
+    lowest = standing[int(np.flatnonzero(there)[np.argmin(boxes[there, 0, 2])])]
+    gap = _GAP * 2.0 * parts_of(lowest)[0].radius
     x, y = 0.5 * (low + high)[:2]
     corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float32)
-    matrix = np.diag([_EXTENT * diagonal] * 2 + [1.0, 1.0])
-    matrix[:3, 3] = x, y, low[2] - _GAP * diagonal
+    matrix = np.diag([min(_EXTENT * float(np.linalg.norm(high - low)), _WIDEST)] * 2 + [1.0, 1.0])
+    matrix[:3, 3] = x, y, low[2] - gap
     return Instance(NAME, Mesh(NAME, corners, np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)), matrix, NAME)

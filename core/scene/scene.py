@@ -6,7 +6,7 @@ its object before anything is rounded (`world_mesh`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -119,14 +119,14 @@ class Scene:
     """Everything a bake may need.
 
     targets: the objects to bake, their meshes with UVs. occluders: all that blocks light, the targets among them where
-    they do (an occluder is a target's own geometry when it bears the target's name and mesh). shared: what belongs to
-    one target occludes the others, too. highs: of the targets that are baked from others, by name. environment: the
-    light from far away, where maps of light are baked.
+    they do (an occluder is a target's own geometry when it bears the target's name and mesh). private: names of
+    targets, and of what they are baked from, that block light for their own target alone. highs: of the targets that
+    are baked from others, by name. environment: the light from far away, where maps of light are baked.
     """
 
     targets: Sequence[Instance]
     occluders: Sequence[Instance]
     camera: Camera | None = None
-    shared: bool = True
+    private: Collection[str] = ()
     highs: Mapping[str, HighPoly] = field(default_factory=dict)
     environment: Environment | None = None

@@ -19,10 +19,11 @@ from ..rays.embree import Device
 from ..rays.kernel_api import Control
 from ..rays.texel_surface import TexelSurface
 from ..rays.trace_scene import TraceScene
+from ..scene.parts import parts_of
 from ..scene.scene import HighPoly, Instance
-from ..scene.world_mesh import WorldMesh, bounds_of, world_mesh, world_surface
+from ..scene.world_mesh import WorldMesh, world_mesh, world_surface
 
-AUTOMATIC = 0.02  # of the low mesh's diagonal: how far above and below it is looked for high ones
+AUTOMATIC = 0.02  # of the diagonal of the low mesh's first part: how far above and below it is looked for high ones
 TOLD = 0.01  # of the texels: where fewer find nothing, that is no matter for a warning
 _AT_A_TIME = 1 << 18  # texels: each takes some 600 bytes on the way
 _LAYERS = 8  # backs of faces that a ray passes before it is given up
@@ -50,12 +51,12 @@ def onto_high_poly(
     device: Device,
     *,
     control: Control | None = None,
-) -> tuple[TexelSurface, list[str]]:
-    """The surface to bake in the place of a target's own, and warnings, a line each.
+) -> TexelSurface:
+    """The surface to bake in the place of a target's own.
 
     low: the target about `origin` ((3,) float64). Each texel becomes a triangle of no size, at the point that it sees,
-    and those that see none lose their owner. Raises InputError where no texel sees any, or the cage is no cage of the
-    target's; Cancelled, MemoryError.
+    and those that see none lose their owner. Raises InputError where the cage is no cage of the target's; Cancelled,
+    MemoryError.
     """
     surfaces = [world_surface(each, origin) for each in highs.meshes]
     scene = TraceScene(device)
@@ -69,7 +70,7 @@ def onto_high_poly(
     parts = [slice(first, first + _AT_A_TIME) for first in range(0, len(owned), _AT_A_TIME)]
     seen = [_seen(scene, present, starts[part], ways[part], low.threads, control) for part in parts]
     del starts, ways
-    return _patches(target, low, owned, seen)
+    return _patches(low, owned, seen)
 
 
 def _rays(
@@ -104,9 +105,8 @@ def corner_starts(target: Instance, highs: HighPoly, origin: Doubles) -> tuple[F
 
 
 def extrusion_of(target: Instance) -> float:
-    """How far highs are looked for, where nobody says."""
-    low, high = bounds_of(target)
-    return AUTOMATIC * float(np.linalg.norm(high - low))
+    """How far highs are looked for, where nobody says: by the size of the mesh, but for what strays from it."""
+    return AUTOMATIC * 2.0 * parts_of(target)[0].radius
 
 
 def _cage_of(target: Instance, cage: Instance, origin: Doubles) -> Floats:
@@ -209,36 +209,36 @@ def _faces(surface: WorldMesh, which: Ints, corners: Doubles) -> Doubles:
     return faces
 
 
-def _patches(
-    target: Instance, low: TexelSurface, owned: Longs, seen: Sequence[_Points]
-) -> tuple[TexelSurface, list[str]]:
+def _patches(low: TexelSurface, owned: Longs, seen: Sequence[_Points]) -> TexelSurface:
     """A triangle for each texel that sees a point: all three corners there, in the texture over the whole texel."""
-    found = np.concatenate([each.found for each in seen]) if seen else np.zeros(0, np.bool_)
-    rows = owned[found]
-    if not len(rows):
-        raise InputError(
-            f"{target.name}: none of its texels sees a high mesh; move them together, or raise the extrusion"
-        )
+    points = [*seen, _Points(np.zeros(0, np.bool_), *(np.zeros((0, 3), np.float32) for _ in range(3)))]
+    rows = owned[np.concatenate([each.found for each in points])]
     height, width = low.owner.shape
     number = np.arange(len(rows), dtype=np.int32)
     owner = np.full(height * width, -1, dtype=np.int32)
     owner[rows] = number
     patches = WorldMesh(
-        np.concatenate([each.positions[each.found] for each in seen]),
+        np.concatenate([each.positions[each.found] for each in points]),
         np.repeat(number[:, None], 3, axis=1),
         _cells(rows, width, height),
-        np.concatenate([each.normals[each.found] for each in seen])[:, None].repeat(3, axis=1),
-        np.concatenate([each.faces[each.found] for each in seen]),
+        np.concatenate([each.normals[each.found] for each in points])[:, None].repeat(3, axis=1),
+        np.concatenate([each.faces[each.found] for each in points]),
         _spacing(low.mesh, width, height)[low.owner.reshape(-1)[rows]],
     )
-    share = 1.0 - len(rows) / len(owned)
-    warnings = []
-    if share >= TOLD:
-        warnings.append(
-            f"{target.name}: {100.0 * share:.0f} % of its texels see no high mesh and are filled from those around; "
-            "raise the extrusion, or close the gaps"
-        )
-    return replace(low, mesh=patches, owner=owner.reshape(height, width)), warnings
+    return replace(low, mesh=patches, owner=owner.reshape(height, width))
+
+
+def missed_warning(name: str, found: int, texels: int) -> list[str]:
+    """The line for a target of whose texels too few found a high mesh, or none. Raises InputError where none has."""
+    if not found:
+        raise InputError(f"{name}: none of its texels sees a high mesh; move them together, or raise the extrusion")
+    share = 1.0 - found / texels
+    if share < TOLD:
+        return []
+    return [
+        f"{name}: {100.0 * share:.0f} % of its texels see no high mesh and are filled from those around; raise the "
+        "extrusion, or close the gaps"
+    ]
 
 
 def _cells(texels: Longs, width: int, height: int) -> Floats:

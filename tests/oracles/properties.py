@@ -173,6 +173,58 @@ def _with_vertices(mesh: Mesh, more: Floats) -> Mesh:
     return replace(mesh, vertices=np.concatenate([mesh.vertices, more]))
 
 
+def a_stray_part_changes_nothing_but_grazing_rays(case: WildBake, power: float, seed: int) -> None:
+    """A triangle joined to the target's mesh, far off, that owns no texel: too small from there to block any light."""
+    scene = case.scene()
+    (target,) = scene.targets
+    size = max(float(np.ptp(target.mesh.vertices[target.mesh.triangles].reshape(-1, 3), axis=0).max()), 1e-3)
+    way = rotation(seed)[0]
+    if size * 10.0**power * float(np.abs(target.matrix).max()) > 0.5 * LARGEST:
+        return
+    corners = (way * size * 10.0**power + 0.1 * size * np.eye(3)).astype(np.float32)
+    strewn = replace(target, mesh=_joined(target.mesh, corners))
+    occluders = [strewn if each.mesh is target.mesh and each.name == target.name else each for each in scene.occluders]
+    for plain, other in pairs(case, scene, replace(scene, targets=[strewn], occluders=occluders)):
+        assert_array_equal(plain.covered, other.covered)
+        assert within_noise(plain, other, case.rays)
+        if plain.covered.any():
+            difference = (plain.values - other.values)[plain.covered]
+            assert abs(float(difference.mean())) <= GRAZING * max(1.0, float(plain.values.max()))
+
+
+def _joined(mesh: Mesh, corners: Floats) -> Mesh:
+    """With one triangle more, in one point of the texture."""
+    number = np.arange(3, dtype=np.int32)[np.newaxis] + len(mesh.vertices)
+    more = replace(_with_vertices(mesh, corners), triangles=np.concatenate([mesh.triangles, number]))
+    if mesh.uv is not None:
+        more = replace(more, uv=np.concatenate([mesh.uv, np.full((1, 3, 2), 0.5, dtype=np.float32)]))
+    if mesh.normals is not None:
+        upright = np.broadcast_to(np.array([0.0, 0.0, 1.0], dtype=np.float32), (1, 3, 3))
+        more = replace(more, normals=np.concatenate([mesh.normals, upright]))
+    return more
+
+
+def alone_is_as_among_others(case: WildBake, x: float, scale: float) -> None:
+    """Baked before it, after it or without it: another object's bake changes no bit."""
+    scene, shift = case.scene(), np.diag([scale, scale, scale, 1.0])
+    (target,) = scene.targets
+    shift[0, 3] = x * max(_size(target), 1e-3) if np.isfinite(_size(target)) else 0.0
+    other = replace(target, name="other target", matrix=shift @ target.matrix)
+    both = replace(scene, targets=[target, other], occluders=[*scene.occluders, other])
+    try:
+        among = [
+            list(bake(replace(both, targets=order), case.settings())) for order in ([target, other], [other, target])
+        ]
+    except InputError:  # of one of the two
+        return
+    for place, each in enumerate([target, other]):
+        (alone,) = bake(replace(both, targets=[each]), case.settings())
+        for baked in (among[0][place], among[1][1 - place]):
+            for name, result in alone.maps.items():
+                assert_array_equal(result.values, baked.maps[name].values)
+                assert (result.error, result.rays) == (baked.maps[name].error, baked.maps[name].rays)
+
+
 def powers_of_two_change_no_bit(case: WildBake, power: int) -> None:
     """Scene and distance together."""
     for here, there in scaled(replace(case, distance=_as_float32(case.distance)), 2.0**power):
@@ -440,6 +492,20 @@ PROPERTIES: dict[str, Property] = {
             "loose vertices, however far off: not a bit changes",
             stray_vertices_change_no_bit,
             (tame_bakes, st.floats(-6.0, 30.0)),
+            12,
+            200,
+        ),
+        Property(
+            "a stray triangle joined to the mesh, 10 to 10^8 sizes off: the mean by 2 % at most, by grazing rays",
+            a_stray_part_changes_nothing_but_grazing_rays,
+            (tame_bakes, st.floats(1.0, 8.0), _SEEDS),
+            12,
+            200,
+        ),
+        Property(
+            "baked alone, before another object or after it: not a bit changes",
+            alone_is_as_among_others,
+            (tame_bakes, st.floats(-3.0, 3.0), st.sampled_from([1e-3, 0.5, 1.0, 30.0])),
             12,
             200,
         ),

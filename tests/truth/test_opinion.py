@@ -109,7 +109,7 @@ def shifted(matrix: NDArray[np.float64], away: NDArray[np.float64]) -> NDArray[n
 
 
 def test_instances_of_one_tree(valley: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(occluders, "COPIED_TRIANGLES", 0)
+    monkeypatch.setattr(occluders, "MOST_COPIED", 0)
     assert_agree(answers(valley, valley.targets[0], [AO]))
 
 

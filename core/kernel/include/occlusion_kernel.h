@@ -26,7 +26,7 @@ extern "C" {
 #define OB_CONSTANT inline
 #endif
 
-enum { OB_ABI_VERSION = 9 };
+enum { OB_ABI_VERSION = 10 };
 
 enum ob_status {
   OB_OK = 0,
@@ -229,8 +229,8 @@ OB_API int32_t ob_scene_begin(ob_device *device, ob_scene **scene);
 OB_API int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t vertex_count,
                                       const int32_t *triangles, int64_t triangle_count, const ob_cutout *cutout,
                                       int32_t front_only);
-/* matrices: count x 3 x 4, row-major, mesh to scene. The mesh is of the scene's device. */
-OB_API int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matrices, int64_t count);
+/* meshes: one for each instance, of the scene's device. matrices: count x 3 x 4, row-major, mesh to scene. */
+OB_API int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *const *meshes, const float *matrices, int64_t count);
 OB_API int32_t ob_scene_commit(ob_scene *scene, ob_control *control);
 OB_API void ob_scene_free(ob_scene *scene);
 

@@ -1,6 +1,7 @@
 // Device and scenes: loading Embree, copying geometry into it, building.
 #include "scene.h"
 
+#include <algorithm>
 #include <cstring>
 #include <new>
 
@@ -151,6 +152,16 @@ int32_t add_triangles(EmbreeScene &scene, const float *vertices, int64_t vertex_
   return embree_status(device);
 }
 
+// matrix: 3 x 4, row-major, mesh to scene.
+void add_instance(EmbreeScene &scene, const EmbreeScene &mesh, const float *matrix) {
+  const Embree &embree = scene.device->embree;
+  const RTCGeometry instance = embree.new_geometry(scene.device->handle, RTC_GEOMETRY_TYPE_INSTANCE);
+  embree.set_geometry_instanced_scene(instance, mesh.handle);
+  embree.set_geometry_transform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, matrix);
+  attach(scene, instance);
+  scene.ray_filters.insert(scene.ray_filters.end(), mesh.ray_filters.begin(), mesh.ray_filters.end());
+}
+
 bool keep_building(void *control, double share) {
   auto *shared_control = static_cast<ob_control *>(control);
   if (shared_control != nullptr) {
@@ -258,25 +269,21 @@ int32_t ob_scene_add_triangles(ob_scene *scene, const float *vertices, int64_t v
   });
 }
 
-int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *mesh, const float *matrices, int64_t count) {
+int32_t ob_scene_add_instances(ob_scene *scene, ob_mesh *const *meshes, const float *matrices, int64_t count) {
   return ob::guarded([&]() -> int32_t {
-    if (scene == nullptr || scene->committed || mesh == nullptr || matrices == nullptr || count < 0) {
-      return ob::fail(OB_INVALID, "instances without a mesh or matrices, or for a scene that is built already");
+    if (scene == nullptr || scene->committed || meshes == nullptr || matrices == nullptr || count < 0) {
+      return ob::fail(OB_INVALID, "instances without meshes or matrices, or for a scene that is built already");
     }
-    if (mesh->embree_scene.device != scene->embree_scene.device) {
-      return ob::fail(OB_INVALID, "instances of a mesh that was built on another device than the scene");
+    const auto usable = [&](const ob_mesh *mesh) {
+      return mesh != nullptr && mesh->embree_scene.device == scene->embree_scene.device;
+    };
+    if (!std::all_of(meshes, meshes + count, usable)) {
+      return ob::fail(OB_INVALID, "an instance of no mesh, or of one that was built on another device than the scene");
     }
-    ob::EmbreeScene &embree_scene = scene->embree_scene;
-    const ob::Embree &embree = embree_scene.device->embree;
-    const auto &ray_filters = mesh->embree_scene.ray_filters;
-    embree_scene.ray_filters.insert(embree_scene.ray_filters.end(), ray_filters.begin(), ray_filters.end());
     for (int64_t i = 0; i < count; ++i) {
-      const ob::RTCGeometry instance = embree.new_geometry(embree_scene.device->handle, ob::RTC_GEOMETRY_TYPE_INSTANCE);
-      embree.set_geometry_instanced_scene(instance, mesh->embree_scene.handle);
-      embree.set_geometry_transform(instance, 0, ob::RTC_FORMAT_FLOAT3X4_ROW_MAJOR, matrices + 12 * i);
-      ob::attach(embree_scene, instance);
+      ob::add_instance(scene->embree_scene, meshes[i]->embree_scene, matrices + 12 * i);
     }
-    return ob::embree_status(*embree_scene.device);
+    return ob::embree_status(*scene->embree_scene.device);
   });
 }
 

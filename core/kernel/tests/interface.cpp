@@ -233,8 +233,9 @@ static bool instance_anything(Random &random, const Device &device, const Device
   }
   ob_scene *scene = draw.good_or_bad({begun.get()}, {static_cast<ob_scene *>(nullptr), built.get()});
   ob_mesh *instanced = draw.good_or_bad({mesh.get()}, {static_cast<ob_mesh *>(nullptr), foreign.get()});
-  const auto count = draw.good_or_bad<int64_t>({0, 1, 2}, {-1, INT64_MIN});
-  check_status(draw, ob_scene_add_instances(scene, instanced, draw.present(matrices), count));
+  ob_mesh *const meshes[] = {mesh.get(), instanced};
+  const auto count = draw.good_or_bad<int64_t>({2}, {-1, INT64_MIN});
+  check_status(draw, ob_scene_add_instances(scene, draw.present(meshes), draw.present(matrices), count));
   must(ob_scene_commit(begun.get(), nullptr));
   return draw.broken();
 }

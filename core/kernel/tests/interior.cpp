@@ -85,8 +85,8 @@ static void test_instances(const Device &device) {
     const float flat[] = {0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
     for (const BuiltMesh *mesh : {&out, &in}) {
       const Scene scene = begin_scene(device);
-      must(ob_scene_add_instances(scene.get(), mesh->get(), flat, 1)); // nothing: it hides no direction of any size
-      must(ob_scene_add_instances(scene.get(), mesh->get(), matrix, 1));
+      must(add_instances(scene, mesh->get(), flat, 1)); // nothing: it hides no direction of any size
+      must(add_instances(scene, mesh->get(), matrix, 1));
       must(add(scene, small.mesh));
       must(ob_scene_commit(scene.get(), nullptr));
       CHECK_EQUAL(share(scene, small, 2), mesh == &out ? 1 : 0);

@@ -104,7 +104,7 @@ static void test_instances_of_a_cutout(const Device &device) {
     for (const float up : {0.0F, 0.25F, 0.5F}) {
       matrices.insert(matrices.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, up});
     }
-    must(ob_scene_add_instances(scene.get(), plates.get(), matrices.data(), 3));
+    must(add_instances(scene, plates.get(), matrices.data(), 3));
   }
   must(ob_scene_commit(scene.get(), nullptr));
   for (const int32_t width : kWidths) {

@@ -105,6 +105,12 @@ inline int32_t add(const Scene &scene, const Mesh &mesh) {
                                 mesh.triangle_count(), nullptr, 0);
 }
 
+// One mesh under each of `count` matrices.
+inline int32_t add_instances(const Scene &scene, ob_mesh *mesh, const float *matrices, int64_t count) {
+  const std::vector<ob_mesh *> meshes(static_cast<size_t>(count), mesh);
+  return ob_scene_add_instances(scene.get(), meshes.data(), matrices, count);
+}
+
 inline Scene scene_of(const Device &device, const std::vector<Mesh> &meshes) {
   Scene scene = begin_scene(device);
   for (const Mesh &mesh : meshes) {

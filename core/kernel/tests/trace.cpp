@@ -277,8 +277,8 @@ static void test_instances_are_as_copies(const Device &device) {
   must(add(scene, floor.mesh));
   {
     const BuiltMesh mesh = build(device, body);
-    must(ob_scene_add_instances(scene.get(), mesh.get(), matrices[0], 2));
-    must(ob_scene_add_instances(scene.get(), mesh.get(), matrices[0], 0));
+    must(add_instances(scene, mesh.get(), matrices[0], 2));
+    must(add_instances(scene, mesh.get(), matrices[0], 0));
   } // the scene keeps the mesh alive
   must(ob_scene_commit(scene.get(), nullptr));
   const Scene copies = scene_of(
@@ -333,7 +333,7 @@ static void test_vertices_that_are_not_finite(const Device &device) {
     Scene instanced = begin_scene(device);
     const float matrix[12] = {bad, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, bad};
     const BuiltMesh mesh = build(device, floor.mesh);
-    must(ob_scene_add_instances(instanced.get(), mesh.get(), matrix, 1));
+    must(add_instances(instanced, mesh.get(), matrix, 1));
     must(ob_scene_commit(instanced.get(), nullptr));
     check_all(floor, trace(instanced, floor, settings_of(16), {kAmbient}).all[0], 16.0F);
   }
@@ -444,7 +444,7 @@ static void test_first_hits(const Device &device) {
   const Scene scene = begin_scene(device);
   must(add(scene, square(0, 1)));
   const float matrix[] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 2};
-  must(ob_scene_add_instances(scene.get(), square_mesh.get(), matrix, 1));
+  must(add_instances(scene, square_mesh.get(), matrix, 1));
   must(ob_scene_commit(scene.get(), nullptr));
   const float origins[] = {0.25F, 0.5F, 1, 0.25F, 0.5F, 1, 3, 0, 1, 0.25F, 0.5F, 1};
   const float directions[] = {0, 0, -1, 0, 0, 0.5F, 0, 0, -1, 0, 0, -1};

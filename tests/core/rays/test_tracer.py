@@ -201,7 +201,9 @@ def test_instances_stand_where_their_matrices_say() -> None:
     ceiling = shapes.plane(0.25)
     scene = TraceScene(open_device())
     matrices = np.stack([shapes.matrix((x, 0, 1), (1, 1, 1))[:3] for x in (-1, 1)])
-    scene.add_instances(Geometry(open_device(), ceiling.vertices, ceiling.triangles), matrices)  # kept by the scene
+    scene.add_instances(
+        [Geometry(open_device(), ceiling.vertices, ceiling.triangles)] * 2, matrices
+    )  # the scene keeps it
     scene.commit()
     origins = np.float32([[-1, 0, 0], [0, 0, 0], [1.2, 0, 0], [1.3, 0, 0]])
     assert_array_equal(scene.visible(origins, np.float32([[0, 0, 1]] * 4)), [False, True, False, True])

@@ -81,7 +81,7 @@ def test_a_stray_part_far_away_turns_nothing() -> None:
 
 
 def test_instances_around_it_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(occluders, "COPIED_TRIANGLES", 0)
+    monkeypatch.setattr(occluders, "MOST_COPIED", 0)
     target = shapes.instance(turn(shapes.block(), slice(0, 2)))
     ball = shapes.sphere(segments=8)
     others = [shapes.instance(ball, shapes.matrix((4 * i, 0, 0)), f"ball {i}") for i in (1, 2, 3)]

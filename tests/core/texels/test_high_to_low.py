@@ -144,7 +144,8 @@ def test_alone_is_with_its_own_high_meshes() -> None:
     lid = shapes.instance(shapes.plane(50.0, 0.5, name="lid", up=-1.0))
     highs = {"low 0": HighPoly([floors[0], lid]), "low 1": HighPoly([floors[1]])}
     for shared, wanted in ((True, [0.1, 0.1]), (False, [0.1, 1.0])):
-        scene = Scene(lows, [*floors, lid], shared=shared, highs=highs)
+        private = () if shared else ("floor 0", "floor 1", "lid")
+        scene = Scene(lows, [*floors, lid], private=private, highs=highs)
         means = [each.maps["ao"].mean for each in bake(scene, SETTINGS)]
         assert all((mean < 0.1) == (want < 1.0) for mean, want in zip(means, wanted, strict=True)), means
         assert wanted[1] < 1.0 or means[1] == 1.0

@@ -40,10 +40,10 @@ def test_nested_balls(
 ) -> None:
     """The inner is wholly inside, the outer not at all: copied or instanced, mirrored or not, near or far."""
     if instanced:
-        monkeypatch.setattr(occluders, "COPIED_TRIANGLES", 0)
+        monkeypatch.setattr(occluders, "MOST_COPIED", 0)
     matrix = shapes.matrix((offset, -offset, offset), (scale, mirror * scale, 1.5 * scale), turned=True)
     ball, apart = shapes.sphere(segments=32), matrix.copy()
-    apart[:3, 3] += 9 * scale  # instancing needs a second use
+    apart[:3, 3] += 9 * scale
     inner = shapes.instance(shapes.sphere(radius=0.5, segments=32), matrix, "inner")
     outer, other = (shapes.instance(ball, each, name) for name, each in (("outer", matrix), ("other", apart)))
     assert share(inner, outer, other) == 1.0

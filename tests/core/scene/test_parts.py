@@ -1,0 +1,138 @@
+"""A target is parted where float32 would not hold it about one origin, and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from occlusion_bake.core.bake import bake
+from occlusion_bake.core.base.arrays import Doubles
+from occlusion_bake.core.scene.parts import SIZES, Part, parts_of
+from occlusion_bake.core.scene.scene import Instance, Mesh, Scene
+from occlusion_bake.tests.oracles import shapes, whole_bakes
+from occlusion_bake.tests.oracles.settings import flat_settings
+
+ASSET = shapes.sphere(segments=24)  # its triangles' sides are 0.13 at most
+STRAY = Mesh(
+    "stray",
+    0.1 * np.eye(3, dtype=np.float32),
+    np.arange(3, dtype=np.int32).reshape(1, 3),
+    np.zeros((1, 3, 2), dtype=np.float32),
+)
+
+
+def grown(mesh: Mesh, factor: float) -> Mesh:
+    return replace(mesh, vertices=mesh.vertices * np.float32(factor))
+
+
+def terrain_with_skirt(reach: float) -> Mesh:
+    """A square of 64 x 64 cells of side 1, and a rim that goes down and out from its borders, of one piece with it."""
+    lines = np.array([-reach, *np.arange(-32.0, 33.0), reach])
+    x, y = np.meshgrid(lines, lines)
+    z = np.where(np.maximum(np.abs(x), np.abs(y)) > 32.0, -reach, 0.0)
+    corner = np.arange(x.size, dtype=np.int32).reshape(x.shape)
+    a, b, c, d = (each.ravel() for each in (corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]))
+    triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    return Mesh("terrain", np.stack([x, y, z], axis=-1).reshape(-1, 3).astype(np.float32), triangles)
+
+
+def around(count: int, radius: float) -> list[Mesh]:
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    return [shapes.moved(STRAY, (radius * np.cos(a), radius * np.sin(a), 0.0)) for a in angles]
+
+
+def joined(*others: Mesh, at: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Mesh:
+    """The asset first, moved."""
+    return shapes.joined([replace(each, normals=None) for each in (shapes.moved(ASSET, at), *others)])
+
+
+JOINED = {
+    "triangle, 1e3": joined(shapes.moved(STRAY, (1e3, 0, 0))),
+    "triangle, 1e6": joined(shapes.moved(STRAY, (0, -1e6, 1e5))),
+    "triangle, 1e9": joined(shapes.moved(grown(STRAY, 1e4), (1e9, 0, 0))),
+    "asset away from the mesh's origin": joined(STRAY, at=(4e3, 0, 0)),
+    "two strays, either side": joined(shapes.moved(STRAY, (1e5, 0, 0)), shapes.moved(STRAY, (-3e5, 0, 0))),
+    "ring of few": joined(*around(8, 1e6)),
+    "ring of many": joined(*around(200, 1e5)),
+    "ground plate": joined(shapes.moved(grown(shapes.plane(), 1e6), (7e5, 0, -1))),
+    "sky dome": joined(shapes.moved(grown(ASSET, 1e5), (4e4, 0, 0))),
+    "both, and strays": joined(grown(shapes.plane(), 1e7), grown(ASSET, 1e5), *around(5, 1e6), at=(5e3, 0, 0)),
+}
+UNDER = {"as it is": np.eye(4), "moved and small": shapes.matrix((1e7, 5.0, -1e3), 0.01, turned=True)}
+
+
+def reach_of(part: Part, target: Instance, triangles: slice) -> float:
+    """How far from the part's origin, along an axis, those of its triangles are that are listed."""
+    assert part.triangles is not None
+    mine = np.flatnonzero(part.triangles[triangles])
+    if not len(mine):
+        return 0.0
+    corners: Doubles = target.mesh.vertices[target.mesh.triangles[triangles][mine]].astype(np.float64)
+    world = corners @ target.matrix[:3, :3].T + target.matrix[:3, 3]
+    return float(np.abs(world - part.origin).max())
+
+
+@pytest.mark.parametrize("under", UNDER)
+@pytest.mark.parametrize("name", JOINED)
+def test_an_asset_keeps_its_precision_whatever_is_joined_to_it(name: str, under: str) -> None:
+    """Rays start off by 2^-20 of the distance from the origin: a thousandth of a triangle, at most."""
+    target = Instance("target", JOINED[name], UNDER[under])
+    parts = parts_of(target)
+    size = 0.13 * np.linalg.norm(target.matrix[:3, 0])
+    assert max(reach_of(part, target, slice(len(ASSET.triangles))) for part in parts) <= SIZES * size
+    held = np.sum([part.triangles for part in parts], axis=0)
+    assert np.all(held == 1)
+
+
+@pytest.mark.parametrize("reach", [1e5, 1e7])
+def test_a_skirt_takes_nothing_from_its_terrain(reach: float) -> None:
+    target = Instance("target", terrain_with_skirt(reach), np.eye(4))
+    parts = parts_of(target)
+    assert len(parts) == 2
+    inner = np.abs(target.mesh.vertices[target.mesh.triangles]).max(axis=(1, 2)) <= 32.0
+    assert np.array_equal(parts[0].triangles, inner)
+    assert np.abs(parts[0].origin).max() < 1.0
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [
+        shapes.plane(),
+        whole_bakes.plane(whole_bakes.SPLIT),
+        ASSET,
+        shapes.sphere(segments=300),
+        joined(shapes.moved(STRAY, (20.0, 0, 0))),
+        shapes.joined([shapes.moved(ASSET, (4.0 * x, 4.0 * y, 0)) for x in range(12) for y in range(12)]),
+    ],
+    ids=["plane", "needles", "ball", "fine ball", "near stray", "field"],
+)
+def test_an_ordinary_mesh_is_one_part(mesh: Mesh) -> None:
+    (part,) = parts_of(Instance("target", mesh, UNDER["moved and small"]))
+    assert part.triangles is None
+
+
+def test_what_owns_no_texel_parts_nothing() -> None:
+    target = Instance("target", JOINED["triangle, 1e6"], np.eye(4))
+    counted = np.arange(len(target.mesh.triangles)) < len(ASSET.triangles)
+    (part,) = parts_of(target, counted)
+    assert np.abs(part.origin).max() < 1e-6
+
+
+def test_parts_are_put_together_to_one_map() -> None:
+    """Two rooms of three walls, 1e6 apart in one mesh: each as it is alone, and the margin once."""
+    room = shapes.room(("-x", "+x", "-z"))
+    halves = [replace(room, uv=room.uv * np.float32([0.5, 1.0]) + np.float32([left, 0.0])) for left in (0.0, 0.5)]
+    both = shapes.joined([halves[0], shapes.moved(halves[1], (1e6, 0, 0))])
+    settings = flat_settings(width=64, height=32, rays=64, margin=2)
+
+    def baked(mesh: Mesh) -> np.ndarray:
+        target = shapes.instance(mesh)
+        (made,) = bake(Scene([target], [target]), settings)
+        assert made.texels == np.count_nonzero(made.maps["ao"].covered)
+        return made.maps["ao"].values
+
+    together = baked(both)
+    assert 0.2 < together.mean() < 0.8
+    for half, left in zip(halves, (slice(0, 30), slice(34, 64)), strict=True):  # but for what the margins share
+        assert np.abs(together[:, left] - baked(half)[:, left]).max() <= 2 / 64
