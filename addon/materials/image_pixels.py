@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.base.arrays import Floats
 from ..colour_space import Decoding, decoding_of, name_of_space, srgb_decoded, usual_spaces
-from ..typed import pixels_in, space_of
+from ..typed import pixels_in, space_of, uid_of
 
 KINDS = {"TILED": "UDIM tiles", "SEQUENCE": "an image sequence", "MOVIE": "a movie", "VIEWER": "a render"}
 
@@ -35,7 +35,7 @@ class ImagePixels:
     """What image nodes read, kept for the next material that uses the same image."""
 
     def __init__(self) -> None:
-        self._kept: dict[tuple[str, str], Floats] = {}
+        self._kept: dict[tuple[int, str], Floats] = {}
 
     def alpha(self, image: bpy.types.Image) -> Floats:
         """(h, w) float32, row 0 at the top: what comes out of the socket Alpha. Raises Unread."""
@@ -47,7 +47,7 @@ class ImagePixels:
         return self._once(image, "colour", _colour)
 
     def _once(self, image: bpy.types.Image, kind: str, read: Callable[[bpy.types.Image], Floats]) -> Floats:
-        key = (image.name_full, kind)
+        key = (uid_of(image), kind)
         if key not in self._kept:
             self._kept[key] = read(image)
         return self._kept[key]

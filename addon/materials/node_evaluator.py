@@ -12,6 +12,7 @@ from mathutils import Euler, Matrix
 from ...core.base.arrays import Floats
 from ...core.scene.image_texture import Wrap
 from ..colour_space import srgb_decoded
+from ..typed import uid_of
 from .image_pixels import ImagePixels, Unreadable, is_associated, is_encoded
 from .node_links import Path, SocketSource, socket_source, unread
 from .texel_values import Lookup, TexelValues, bent, clipped, constant, divided, even, grey, mapped, mix
@@ -63,7 +64,7 @@ class NodeEvaluator:
         uv, matrix = self._layout(node.inputs["Vector"], source.path)
         _check_projection(node)
         lookup = Lookup(
-            node.image.name_full,
+            uid_of(node.image),
             node.interpolation != "Closest",  # Cubic and Smart are a blur of about a texel more
             Wrap[node.extension],
             uv,

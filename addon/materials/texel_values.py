@@ -25,10 +25,10 @@ _GREY = np.array((0.2126729, 0.7151522, 0.0721750), dtype=np.float32)  # luminan
 
 @dataclass(frozen=True)
 class Lookup:
-    """How a texture lies on a surface. uv: the UV map, "" the one for renders. matrix: (2, 3), from (u, v, 1) to the
-    texture's own."""
+    """How a texture lies on a surface. image: its session_uid. uv: the UV map, "" the one for renders. matrix: (2, 3),
+    from (u, v, 1) to the texture's own."""
 
-    image: str
+    image: int
     linear: bool
     wrap: Wrap
     uv: str

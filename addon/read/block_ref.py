@@ -21,6 +21,7 @@ from ..typed import library_of
 
 _SESSION = uuid4().hex  # whose session_uids ours are: those of another say nothing
 
+_Entry = tuple[int, str, str]  # an object: its session_uid, 0 where that is not known; its name and library
 _Block = TypeVar("_Block", bound=bpy.types.ID)
 
 
@@ -101,18 +102,18 @@ def _one_of(word: str, refs: Sequence[BlockRef]) -> BlockRef:
     return exact[0] if exact else BlockRef(0, word)
 
 
-def stored(uids: Iterable[int]) -> list[Json]:
+def stored(uids: Iterable[int]) -> Json:
     """Objects as they are kept in files; less those that are no more."""
     objects = {obj.session_uid: obj for obj in bpy.data.objects}
-    return [_entry(objects[uid]) for uid in uids if uid in objects]
+    return {"session": _SESSION, "objects": [_entry(objects[uid]) for uid in uids if uid in objects]}
 
 
-def restored(entries: Iterable[Json]) -> list[BlockRef]:
-    """The objects that were `stored`. Those that are no more are references to nothing. Raises KeyError, TypeError for
-    what was not stored so."""
+def restored(kept: Json) -> list[BlockRef]:
+    """The objects that were `stored`. Those that are no more are references to nothing. Raises KeyError, TypeError,
+    ValueError for what was not stored so."""
     labels = labels_of(bpy.data.objects)
-    uids = [(entry["uid"] if entry["session"] == _SESSION else 0, entry["name"]) for entry in Renewal().of(entries)]
-    return [BlockRef(uid, labels[uid]) if uid in labels else BlockRef(0, name) for uid, name in uids]
+    now = Renewal().of(kept)["objects"]
+    return [BlockRef(uid, labels[uid]) if uid in labels else BlockRef(0, name) for uid, name, _ in now]
 
 
 class Renewal:
@@ -122,20 +123,23 @@ class Renewal:
         self._by_uid = {obj.session_uid: obj for obj in bpy.data.objects}
         self._by_place = {(obj.name, _library(obj)): obj for obj in bpy.data.objects}
 
-    def of(self, entries: Iterable[Json]) -> list[Json]:
+    def of(self, kept: Json) -> Json:
         """The same objects, as they are called now: by their session_uid where that is still known, else, after the
-        file was loaded or something took the place of what was removed, by name and library. Others stay as they
-        are. Raises KeyError, TypeError."""
-        found = ((entry, self._meant(entry)) for entry in entries)
-        return [entry if obj is None else _entry(obj) for entry, obj in found]
+        file was loaded or something took the place of what was removed, by name and library. Others keep their names.
+        Raises KeyError, TypeError, ValueError."""
+        same = kept["session"] == _SESSION
+        return {
+            "session": _SESSION,
+            "objects": [self._entry(uid if same else 0, name, library) for uid, name, library in kept["objects"]],
+        }
 
-    def _meant(self, entry: Json) -> bpy.types.Object | None:
-        known = self._by_uid.get(entry["uid"]) if entry["session"] == _SESSION else None
-        return known or self._by_place.get((entry["name"], entry["library"]))
+    def _entry(self, uid: int, name: str, library: str) -> _Entry:
+        obj = self._by_uid.get(uid) or self._by_place.get((name, library))
+        return (uid, name, library) if obj is None else _entry(obj)
 
 
-def _entry(obj: bpy.types.Object) -> Json:
-    return {"session": _SESSION, "uid": obj.session_uid, "name": obj.name, "library": _library(obj)}
+def _entry(obj: bpy.types.Object) -> _Entry:
+    return obj.session_uid, obj.name, _library(obj)
 
 
 def _library(obj: bpy.types.Object) -> str:

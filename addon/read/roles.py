@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 
 from ...core.finish.report import Json
-from .block_ref import BlockRef, restored, stored
+from .block_ref import BlockRef, Renewal, restored, stored
 from .high_low_pairs import HighMeshes, Pairing
 from .occluder_filter import OccluderFilter
 
@@ -17,7 +17,7 @@ def roles_to_json(
     that are no more."""
     refs = [*targets, *highs, *(ref for each in highs.values() for ref in (*each.meshes, each.cage) if ref)]
     objects = stored(dict.fromkeys([*(ref.uid for ref in refs), *(occluding.objects or ()), *occluding.excluded]))
-    places = {entry["uid"]: place for place, entry in enumerate(objects)}
+    places = {uid: place for place, (uid, *_) in enumerate(objects["objects"])}
 
     def of(uids: Iterable[int]) -> list[int]:
         return sorted(places[uid] for uid in uids if uid in places)
@@ -41,9 +41,17 @@ def roles_to_json(
     }
 
 
+def with_target(roles: Json, uid: int) -> Json:
+    """The same with another object in all that its one target is. Raises as `roles_from_json`."""
+    (place,) = roles["targets"]
+    objects = Renewal().of(roles["objects"])
+    objects["objects"][place : place + 1] = stored([uid])["objects"]
+    return {**roles, "objects": objects}
+
+
 def roles_from_json(roles: Json) -> tuple[Pairing, OccluderFilter]:
-    """What is no more is a reference to nothing, and among occluders left out. Raises KeyError, TypeError, IndexError
-    for what is no JSON of ours."""
+    """What is no more is a reference to nothing, and among occluders left out. Raises KeyError, TypeError, ValueError
+    and IndexError for what is no JSON of ours."""
     objects = restored(roles["objects"])
 
     def of(places: Iterable[int]) -> tuple[BlockRef, ...]:

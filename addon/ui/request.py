@@ -18,10 +18,10 @@ from ..job.bake_job import BakeJob, Layout
 from ..output.destination import CHANNEL, COLOURS, Destination
 from ..output.ownership import owners_of
 from ..read.blender_state import synced
-from ..read.block_ref import BlockRef, find, refs_of, stored
+from ..read.block_ref import BlockRef, find, refs_of
 from ..read.high_low_pairs import Pairing, paired_by_name, paired_with
 from ..read.occluder_filter import OccluderFilter
-from ..read.roles import roles_from_json, roles_to_json
+from ..read.roles import roles_from_json, roles_to_json, with_target
 from ..typed import view_layer_in
 from .properties import plain_settings, settings_in
 
@@ -113,10 +113,12 @@ def request_from_image(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) 
     try:
         roles, owners = kept["roles"], owners_of(image)
         if len(owners) == len(roles["targets"]) == 1:  # who holds it is surer than who was called so
-            roles["objects"][roles["targets"][0]] = stored([owners[0].session_uid])[0]
+            roles = with_target(roles, owners[0].session_uid)
         pairing, occluding = roles_from_json(roles)
         request = _request(pairing, panel, occluding, None)
-    except (AttributeError, KeyError, TypeError, IndexError):  # kept by another version
+    except InputError:
+        raise
+    except (AttributeError, KeyError, TypeError, ValueError, IndexError):  # kept by another version
         raise InputError(f"{image.name}: it was baked by another version; bake its object anew") from None
     there = synced(view_layer)
     if missing := [ref.label for ref in pairing.targets if find(there, ref) is None]:

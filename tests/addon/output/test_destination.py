@@ -245,6 +245,9 @@ def test_an_image_that_cannot_be_baked_again_says_why(scene: Any) -> None:
     bpy.data.objects.remove(bpy.data.objects["Floor"])
     with pytest.raises(InputError, match="Floor AO: its object Floor is not in this view layer"):
         request_from_image(bpy.context.view_layer, image)
+    image[KEPT] = '{"panel": {}, "roles": {"objects": ["Floor"], "targets": [0]}}'
+    with pytest.raises(InputError, match="Floor AO: it was baked by another version"):
+        request_from_image(bpy.context.view_layer, image)
     image[KEPT] = "{}"
     with pytest.raises(InputError, match="does not tell how it was baked"):
         request_from_image(bpy.context.view_layer, image)

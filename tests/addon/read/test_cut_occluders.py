@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.core.bake import bake  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
+from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
@@ -78,3 +81,23 @@ def test_what_is_not_read_is_said_in_a_line_and_opaque(bake: Any) -> None:
     plate.data.materials.append(material)
     run = bake("--objects", "Floor")
     assert [line for line in run.lines if line.startswith("Clouds: ") and "as if opaque" in line]
+
+
+def test_a_linked_material_is_told_from_one_that_is_called_as_it_is_listed(tmp_path: Path) -> None:
+    """A floor under a clear roof and an opaque one, whose materials Blender's lists call the same."""
+    opaque = blender.material("Leaf")
+    bpy.data.libraries.write(str(tmp_path / "library.blend"), {opaque})
+    bpy.data.materials.remove(opaque)
+    with bpy.data.libraries.load(str(tmp_path / "library.blend"), link=True) as (_, wanted):
+        wanted.materials = ["Leaf"]
+    clear = blender.material("Leaf [library.blend]")
+    blender.principled(clear).inputs["Alpha"].default_value = 0.0
+    assert clear.name_full == wanted.materials[0].name_full
+    for y, material in ((-0.5, clear), (0.5, wanted.materials[0])):
+        roof = blender.plane(f"Roof {y}", location=(0.0, y, 0.01))
+        roof.scale.y = 0.5
+        roof.data.materials.append(material)
+    blender.plane("Floor")
+    (baked,) = bake(blender.read(["Floor"])[0], flat_settings(width=8, height=8, rays=16, margin=0))
+    values = baked.maps["ao"].values  # row 0 is the far side, under the opaque roof
+    assert values[:3].max() < 0.2 and values[5:].min() > 0.8
