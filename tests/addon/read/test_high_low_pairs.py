@@ -142,17 +142,6 @@ def test_baked_again_by_what_is_kept(settings: Any) -> None:
     np.testing.assert_array_equal(pixels("Low AO")[::-1, :, 0], first)
 
 
-def test_no_comparison_of_what_is_baked_from_others(settings: Any) -> None:
-    blender.plane("Low")
-    blender.plane("High")
-    settings(source="SELECTED")
-    for name in ("High", "Low"):
-        bpy.data.objects[name].select_set(True)
-    bpy.context.view_layer.objects.active = bpy.data.objects["Low"]
-    with pytest.raises(RuntimeError, match="Low: a comparison is of an object's own surface"):
-        bpy.ops.occlusion_bake.compare()
-
-
 def test_colours_from_high_meshes(settings: Any) -> None:
     blender.plane("Low")
     pit("High")
@@ -181,7 +170,6 @@ def test_the_command(bake: Any) -> None:
         (("--objects", "Low", "--cage", "High"), "--cage: is of an object that is baked from others"),
         (("--pairs", "--extrusion", "-1"), "--extrusion -1: give a length above 0"),
         (("--objects", "Low", "--highs", "Nobody"), "Nobody: no such object in the file"),
-        (("--atlas", "--compare-cycles"), "--compare-cycles: objects are compared one by one"),
         (("--atlas", "--color-attributes", "x.blend"), "--atlas: color attributes are no images"),
     ],
 )
