@@ -7,6 +7,7 @@ import os
 import sys
 from collections.abc import Iterator
 from ctypes import byref, c_void_p
+from ctypes.util import find_library
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -16,7 +17,7 @@ from .kernel_api import DeviceInfo, check, library, release_with
 
 OVERRIDE = "OCCLUSION_BAKE_EMBREE"  # a path; nothing else is tried then
 _NAMES = {"win32": "embree4*.dll", "darwin": "libembree4*.dylib"}
-_SONAMES = {"win32": "embree4.dll", "darwin": "libembree4.4.dylib"}
+_SONAME = "libembree4.so.4"
 
 
 class Device:
@@ -62,23 +63,35 @@ def open_device(threads: int = 0) -> Device:
 
 
 def candidates() -> Iterator[str]:
-    """Paths of Embree libraries, best first, ending with the bare name that the process or the system may resolve."""
+    """Paths of Embree libraries, best first, the system's last. None is searched for in the working directory, where
+    anybody may have put one."""
     pattern = _NAMES.get(sys.platform, "libembree4*.so*")
     for folder in (*_wheel_folders("embreex"), *_wheel_folders("bpy"), *_blender_folders()):
-        yield from (str(path) for path in sorted(folder.glob(pattern)))
-    yield _SONAMES.get(sys.platform, "libembree4.so.4")
+        if folder.is_absolute():
+            yield from (str(path) for path in sorted(folder.glob(pattern)))
+    yield from _of_the_system()
 
 
 def _wheel_folders(package: str) -> Iterator[Path]:
     spec = importlib.util.find_spec(package) if package not in sys.modules else sys.modules[package].__spec__
-    for place in (spec.submodule_search_locations or []) if spec else []:
+    if spec is None or spec.origin is None:  # any folder of that name makes a package without an origin
+        return
+    for place in spec.submodule_search_locations or []:
         root = Path(place)
         yield from (root.parent / f"{package}.libs", root / ".dylibs", root / "lib", root)
 
 
 def _blender_folders() -> Iterator[Path]:
-    """Official Blenders keep their libraries beside the executable."""
-    program = Path(
-        sys.executable if "bpy" not in sys.modules else getattr(sys.modules["bpy"].app, "binary_path", "") or "."
-    )
-    yield from (program.parent / "lib", program.parent / "blender.shared", program.parent.parent / "Resources" / "lib")
+    """Official Blenders keep their libraries beside the executable; Blender as a module has none."""
+    program = sys.modules["bpy"].app.binary_path if "bpy" in sys.modules else sys.executable
+    if program:
+        home = Path(program).parent
+        yield from (home / "lib", home / "blender.shared", home.parent / "Resources" / "lib")
+
+
+def _of_the_system() -> Iterator[str]:
+    """The system's own. Linux finds it by its bare name, which other systems would look up in the working directory."""
+    if sys.platform not in _NAMES:
+        yield _SONAME
+    elif (found := find_library("embree4")) and Path(found).is_absolute():
+        yield found

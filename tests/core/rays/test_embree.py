@@ -68,6 +68,30 @@ def test_the_candidates_end_with_a_bare_name() -> None:
     assert "embree4" in paths[-1] and Path(paths[-1]).name == paths[-1]
 
 
+@pytest.mark.parametrize("program", ["", "blender", "./blender"])
+def test_nothing_of_the_working_directory_is_a_candidate(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, program: str
+) -> None:
+    """Not beside a program without a folder, as Blender as a module has it, nor in a folder called as a package."""
+    name = "libembree4.so.4"
+    for place in ("lib", "blender.shared", "../Resources/lib", "embreex", "embreex/lib", "embreex.libs"):
+        folder = tmp_path / "here" / place
+        folder.mkdir(parents=True)
+        (folder / name).touch()
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setattr(sys, "path", [str(tmp_path / "here")])
+    importlib.invalidate_caches()
+    monkeypatch.setitem(sys.modules, "bpy", blender_at(program))
+    assert list(candidates()) == [name]
+
+
+@pytest.mark.parametrize("platform", ["win32", "darwin"])
+def test_no_bare_name_where_the_system_would_look_it_up_here(monkeypatch: pytest.MonkeyPatch, platform: str) -> None:
+    monkeypatch.setattr(sys, "platform", platform)
+    monkeypatch.setattr("occlusion_bake.core.rays.embree.find_library", lambda name: f"{name}.dll")
+    assert all(Path(path).is_absolute() for path in candidates())
+
+
 def test_the_fastest_comes_first() -> None:
     assert next(candidates()) == library_of("embreex")
 
@@ -136,7 +160,7 @@ def test_an_official_blender_is_searched(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert str(library) in candidates()
 
 
-def blender_at(program: Path) -> Any:
+def blender_at(program: Path | str) -> Any:
     """As much of bpy as the search looks at."""
     spec = importlib.util.spec_from_loader("bpy", loader=None)
     module = importlib.util.module_from_spec(spec) if spec else None
