@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import secrets
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from .errors import InputError
+from .foreign_text import one_line
 
 _CURES = {
     errno.ENOENT: "create the folder or choose another",
@@ -35,6 +38,25 @@ def check_writable(folder: Path | str) -> None:
         remove(probe)
 
 
+def check_place(path: Path) -> None:
+    """Refuse a place that no file may take: of a folder, a device, a pipe, or of a name that cannot be. Raises
+    InputError."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise refusal(path, error) from error
+    if not stat.S_ISREG(mode):
+        what = "a folder" if stat.S_ISDIR(mode) else "a device or pipe"
+        raise InputError(f"{path}: {what} of that name is in the way; move it or choose another name")
+
+
+def leads_to(path: Path) -> Path:
+    """The file that a symbolic link leads to, be it there or not; of another path itself."""
+    return Path(os.path.realpath(path))  # unlike Path.resolve, it takes links that lead in a circle
+
+
 def beside(path: Path) -> Path:
     """A new, short, hidden name in the same folder, of the same format."""
     return path.parent / f".{secrets.token_hex(8)}{path.suffix}"
@@ -50,16 +72,29 @@ def refusal(path: Path, error: OSError) -> InputError:
     return InputError(f"{path}: {one_line(error.strerror or str(error))}; {cure}")
 
 
-def one_line(text: str) -> str:
-    return text.strip().split("\n")[0].strip()
-
-
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A new file beside `path` to write into, which takes its place where nothing is raised; else it is removed."""
-    temporary = beside(path)
+    """A new file to write into, which takes the place of `path` where nothing is raised; else it is removed.
+
+    A symbolic link stays one: the file that it leads to is replaced. Mode and owner stay those of the file that was
+    there. Raises InputError as `check_place`.
+    """
+    check_place(path)
+    place = leads_to(path)
+    temporary = beside(place.with_name(path.name))  # the suffix tells the format
     try:
         yield temporary
-        temporary.replace(path)
+        _belong_as(temporary, place)
+        temporary.replace(place)
     finally:
         remove(temporary)
+
+
+def _belong_as(file: Path, other: Path) -> None:
+    """Give a file another's owner and mode, as far as the system lets us."""
+    with contextlib.suppress(OSError):
+        belongs = other.stat()
+        if hasattr(os, "chown"):
+            with contextlib.suppress(OSError):  # root alone may give files away
+                os.chown(file, belongs.st_uid, belongs.st_gid)
+        file.chmod(stat.S_IMODE(belongs.st_mode))

@@ -7,14 +7,18 @@ class InputError(ValueError):
     The message is one line that names the object, the cause and the cure; it is shown to the artist as it stands.
     """
 
+    def __init__(self, message: str) -> None:
+        super().__init__(message.encode(errors="backslashreplace").decode())  # names of files can hold any byte
+
 
 class NoUnwrapper(InputError):
-    """A mesh needs UV charts and there is no xatlas to make them."""
+    """A mesh needs UV charts and xatlas makes none, for a reason that is not the mesh's own: Blender's unwrap may."""
 
-    def __init__(self, name: str) -> None:
+    def __init__(self, name: str, why: str = "this Blender's Python has no xatlas to make them") -> None:
+        self.why = why
         super().__init__(
-            f"{name}: it needs UV charts and this Blender's Python has no xatlas to make them; press Bake again "
-            "for Blender's own unwrap, Smart UV Project (in the command: --uv smart)"
+            f"{name}: it needs UV charts and {why}; press Bake again for Blender's own unwrap, Smart UV Project (in "
+            "the command: --uv smart)"
         )
 
 

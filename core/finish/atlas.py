@@ -7,6 +7,7 @@ import numpy as np
 from ..base.arrays import Floats
 from .baked import Baked, BakedMap, SurfaceReport
 from .map_finisher import with_margin
+from .margin import covered_mean
 
 
 class Atlas:
@@ -78,7 +79,7 @@ class _Map:
             coverage=np.minimum(self.coverage, np.float32(1.0)),
             error=float(np.sqrt(self.squares / max(self.count, 1))),
             p99=self.p99,
-            mean=float(self.values[covered].mean(dtype=np.float64)) if covered.any() else 1.0,
+            mean=covered_mean(self.values, covered),
             rays=self.rays,
             kind=self.kind,
         )

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arrays import Floats
-from ..base.atomic_file import check_writable, one_line, refusal, replacing
+from ..base.atomic_file import check_writable, leads_to, refusal, replacing
 from ..base.errors import InputError
+from ..base.foreign_text import check_utf8, json_object, one_line
 from .baked import Metadata
 
 
@@ -154,7 +155,7 @@ def check_channel(path: Path, channel: str, size: tuple[int, int]) -> None:
         raise InputError(
             f"{path}: it is {spec.width}x{spec.height} and the bake {size[0]}x{size[1]}; give the size of the image"
         )
-    check_writable(path.parent)
+    check_writable(leads_to(path).parent)
 
 
 def write_channel(path: Path, values: Floats, channel: str, *, dither: bool = False) -> None:
@@ -198,8 +199,6 @@ def _channel_of(path: Path, spec: Any, channel: str) -> int:
 
 def _write_whole(path: Path, spec: Any, pixels: NDArray[Any]) -> None:
     """The file appears, with these pixels, whole or not at all. Raises InputError."""
-    if path.is_dir():
-        raise InputError(f"{path}: a folder of that name is in the way; move it or choose another name")
     try:
         with replacing(path) as temporary:
             temporary.touch(exist_ok=False)  # the system names the cause of a refusal, which OpenImageIO would blur
@@ -216,13 +215,14 @@ def read_image(path: Path | str) -> tuple[Floats, dict[str, str | int | float]]:
     """
     image = _opened(path)
     values = _pixels(path, image, "float")
-    metadata = _metadata(image.spec().getattribute("ImageDescription"))
+    metadata = json_object(image.spec().getattribute("ImageDescription"))
     image.close()
     return np.ascontiguousarray(values, dtype=np.float32), metadata
 
 
 def _opened(path: Path | str) -> Any:
     """OpenImageIO's input, which multiplies nothing by alpha. Raises InputError."""
+    check_utf8(path)
     library = openimageio()
     as_stored = library.ImageSpec()
     as_stored.attribute("oiio:UnassociatedAlpha", 1)
@@ -323,14 +323,6 @@ def _spec(pixels: NDArray[Any], kind: ImageFormat, metadata: Metadata | None, na
     if metadata:
         spec.attribute("ImageDescription", json.dumps(dict(metadata), default=lambda number: number.item()))
     return spec
-
-
-def _metadata(description: object) -> dict[str, str | int | float]:
-    try:
-        found = json.loads(description) if isinstance(description, str) else {}
-    except ValueError:
-        return {}
-    return found if isinstance(found, dict) else {}
 
 
 def _save(file: Path, spec: Any, pixels: NDArray[Any], path: Path) -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..base.atomic_file import check_writable
+from ..base.atomic_file import check_place, check_writable, leads_to
 from ..base.errors import InputError
+from ..base.foreign_text import check_utf8
 from .baked import Baked, Metadata
 from .image_file import SUFFIXES, check_format, names_channels, suffix, write_image
 from .map_images import picture_file, write_code
@@ -69,7 +70,8 @@ def whole_path(path: Path, scene_file: str | Path) -> Path:
     """The absolute path; at its beginning `//` is the folder of the scene's file, as everywhere in Blender, and `~` the
     user's own, as everywhere else.
 
-    scene_file: empty where the scene was never saved; then `//` raises InputError, as does `~` where there is none.
+    scene_file: empty where the scene was never saved; then `//` raises InputError, as do `~` where there is none, and
+    names that are not UTF-8.
     """
     text = path.as_posix()
     if text.startswith("~"):
@@ -77,20 +79,21 @@ def whole_path(path: Path, scene_file: str | Path) -> Path:
             path = path.expanduser()
         except RuntimeError:
             raise InputError(f"{text}: there is no such user here; give a full path") from None
-    if not text.startswith("//"):
-        return path.resolve()
-    if not str(scene_file):
+    if text.startswith("//") and not str(scene_file):
         raise InputError(
             f"{text}: // is the folder of the .blend file, which is not saved; save it or give a full path"
         )
-    return Path(scene_file).resolve().parent.joinpath(text.lstrip("/")).resolve()
+    if text.startswith("//"):
+        path = Path(scene_file).resolve().parent.joinpath(text.lstrip("/"))
+    whole = leads_to(path)
+    check_utf8(whole)
+    return whole
 
 
 def check_file(path: Path) -> None:
     """Refuse, before a bake, a file that could not be written after it. Raises InputError."""
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder; give the name of a file")
-    check_writable(path.parent)
+    check_place(path)
+    check_writable(leads_to(path).parent)
 
 
 def check_image(path: Path) -> None:

@@ -15,7 +15,7 @@ from ..spherical.environment import Environment, open_light
 from ..texels.rasterize import in_bands
 from ..texels.tangent_space import TexelFrames
 from .baked import BakedMap, MapKind
-from .margin import fill_margins
+from .margin import covered_mean, fill_margins
 
 _BAND = 1 << 18  # texels that are worked on at a time
 
@@ -35,8 +35,7 @@ class MapFinisher:
     def finished(self, kind: MapKind, values: Floats, covered: Flags, error: Error, rays: int) -> BakedMap:
         """A map with its margin, written into `values`. covered: (H, W) bool, texels with a value."""
         coverage = np.where(covered, self.coverage, np.float32(0.0))
-        where = covered if values.ndim == 2 else covered[..., np.newaxis]
-        mean = float(values.mean(dtype=np.float64, where=where)) if covered.any() else 0.0
+        mean = covered_mean(values, covered)
         made = BakedMap(values, covered, coverage, error.rmse, error.p99, mean, rays, kind)
         return with_margin(made, self.margin)
 

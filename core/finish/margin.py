@@ -37,9 +37,15 @@ def fill_margin(values: Floats, covered: Flags, pixels: int) -> Floats:
         filled[ring] = _mean_of_known(filled, known, ring, stride)
         known[ring] = True
         ring = _next_ring(ring, waiting, stride)
-    background = values[covered].mean(dtype=np.float64) if covered.any() else 1.0
-    np.copyto(filled, np.float32(background), where=~known)
+    np.copyto(filled, np.float32(covered_mean(values, covered)), where=~known)
     return np.ascontiguousarray(filled.reshape(-1, stride)[1:-1, 1:-1])
+
+
+def covered_mean(values: Floats, covered: Flags) -> float:
+    """The mean of (h, w) values, or of all channels of (h, w, c), under (h, w) bool; 1, as of an open surface, where
+    nothing is covered."""
+    where = covered if values.ndim == 2 else covered[..., np.newaxis]
+    return float(values.mean(dtype=np.float64, where=where)) if covered.any() else 1.0
 
 
 def fill_margins(values: Floats, covered: Flags, pixels: int) -> Floats:

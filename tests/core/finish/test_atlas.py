@@ -10,11 +10,14 @@ import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.bake import Baked, bake
 from occlusion_bake.core.finish.atlas import Atlas
+from occlusion_bake.core.finish.baked import SurfaceReport
+from occlusion_bake.core.finish.map_finisher import MapFinisher
 from occlusion_bake.core.maps.directional_code import DirectionalMap
 from occlusion_bake.core.maps.occlusion import OcclusionMap
 from occlusion_bake.core.rays.map_spec import reflection
 from occlusion_bake.core.scene.scene import Camera, Scene
 from occlusion_bake.core.solve.directional import DirectionalSettings
+from occlusion_bake.core.solve.probes import Error
 from occlusion_bake.core.spherical.directional_format import DirectionalFormat
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
@@ -91,3 +94,13 @@ def test_texels_that_face_away_from_the_camera_are_not_taken_for_shared() -> Non
     settings = replace(SETTINGS, maps=(OcclusionMap(reflection(10.0, from_camera=True)),))
     one = in_one("both", list(bake(Scene([lower, upper], [lower, upper], from_below), settings)), 3)
     assert one.surface.overlapped == 0 and one.warnings == []
+
+
+def test_a_map_of_nothing_is_open_alone_and_in_an_atlas() -> None:
+    """As one of reflections is that the camera sees nothing of: its mean is that of its image."""
+    nothing = np.zeros((4, 4), dtype=bool)
+    any_frames: Any = None
+    finisher = MapFinisher(any_frames, any_frames, np.zeros((4, 4), np.float32), 2, None, None)
+    alone = finisher.finished(OcclusionMap(), np.zeros((4, 4), np.float32), nothing, Error(0.0, 0.0, 0.0), 0)
+    assert alone.mean == alone.values.mean() == 1.0
+    assert in_one("All", [Baked("One", (4, 4), SurfaceReport(), 0, {"ao": alone})], 2).maps["ao"].mean == 1.0

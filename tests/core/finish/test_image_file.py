@@ -199,6 +199,15 @@ def test_values_that_are_not_finite_are_refused(tmp_path: Path, bad: float) -> N
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_description_nested_too_deep_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "deep.tif"
+    spec = image_file.openimageio().ImageSpec(1, 1, 1, "uint8")
+    spec.attribute("ImageDescription", "[" * 100_000)
+    output = image_file.openimageio().ImageOutput.create(str(path))
+    assert output.open(str(path), spec) and output.write_image(np.zeros((1, 1, 1), np.uint8)) and output.close()
+    assert read_image(path)[1] == {}
+
+
 def test_metadata_takes_numpy_numbers(tmp_path: Path) -> None:
     write_image(tmp_path / "a.png", ramp(), depth=8, metadata={"error": np.float32(0.5), "rays": np.int64(7)})
     assert read_image(tmp_path / "a.png")[1] == {"error": 0.5, "rays": 7}
