@@ -42,8 +42,8 @@ _Unwraps = Generator[Callable[[], Any], Any, None]
 
 @dataclass(frozen=True)
 class ChartRequest:
-    """What charts to make. uv: as in the job's options. atlas: its name, or empty. smart: by Blender where there is no
-    xatlas. size: of the image."""
+    """What charts to make. uv: as in the job's options. atlas: its name, or empty. smart: by Blender, as xatlas makes
+    none. size: of the image."""
 
     uv: str | None = None
     atlas: str = ""
@@ -53,7 +53,7 @@ class ChartRequest:
     @property
     def by_blender(self) -> bool:
         """Whether Blender unwraps."""
-        return self.uv == SMART or (self.smart and not has_unwrapper())
+        return self.uv == SMART or self.smart
 
     @property
     def layer(self) -> str:
@@ -176,9 +176,9 @@ def _make(
 
 def _accepted(request: ChartRequest) -> list[bool]:
     """Whose charts, made before, may stay: by Blender or not."""
-    if request.by_blender:
+    if request.uv == SMART:
         return [True]
-    return [False] if request.uv == CHARTS and has_unwrapper() else [False, True]
+    return [False] if request.uv == CHARTS and has_unwrapper() and not request.smart else [False, True]
 
 
 def own_active(mesh: bpy.types.Mesh) -> str | None:

@@ -6,13 +6,14 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import bpy
 import numpy as np
 
 from ...core.base.arrays import Floats
 from ...core.finish.baked import Baked
+from ...core.finish.file_names import clean_name
 from ...core.finish.image_file import write_image
 from ...core.finish.map_images import pictures
 from ...core.finish.report import image_metadata
@@ -82,8 +83,8 @@ class TileFiles:
     def stored(self, owner: Owner) -> dict[str, bpy.types.Image]:
         """Every map as a tiled image, as `store` does."""
         images = {part: _loaded(owner, part, path, tile) for part, (path, tile) in self._last.items()}
-        for image in images.values():
-            image.pack()
+        for part, image in images.items():
+            _pack(image, f"{clean_name(owner.title(part))}.<UDIM>.exr")
         return images
 
 
@@ -109,6 +110,16 @@ def _loaded(owner: Owner, name: str, path: Path, tile: int | None) -> bpy.types.
         image.source = "TILED"  # Blender looks for the other tiles' files
     make_data(image)
     return image
+
+
+def _pack(image: bpy.types.Image, name: str) -> None:
+    """Pack an image whose files will go. name: what they are called from now on, and where they are unpacked; <UDIM> in
+    it stands for the number of a tile."""
+    image.pack()
+    image.filepath_raw = f"//{name}"
+    packed: Any
+    for packed in image.packed_files:
+        packed.filepath = f"//{name.replace('<UDIM>', str(packed.tile_number))}"
 
 
 def _take_place(image: bpy.types.Image, old: bpy.types.Image | None, name: str) -> None:
@@ -150,8 +161,7 @@ def show_picture(name: str, path: str) -> bpy.types.Image:
     """Load a picture under this name, in the place of an earlier one, and pack it: its file may go."""
     image = bpy.data.images.load(path)
     image[MARK] = "picture"
-    image.pack()
-    image.filepath_raw = ""
+    _pack(image, f"{clean_name(name)}.png")
     old = found_in(bpy.data.images, name)
     _take_place(image, old if old is not None and old.get(MARK) == "picture" else None, name)
     return image

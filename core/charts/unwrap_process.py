@@ -6,11 +6,14 @@ Blender's window all the same, and nothing could stop it. A process can be kille
 
 from __future__ import annotations
 
+import errno
 import os
 import pickle
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import asdict
@@ -18,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from ..base.arrays import Floats, Ints
-from ..base.errors import Cancelled, InputError
+from ..base.errors import Cancelled, InputError, NoUnwrapper
 from .unwrap import Charts, Stretch, unwrap
 
 # Seconds between two looks at `cancelled`.
@@ -38,8 +41,13 @@ importlib.import_module(package + ".core.charts.unwrap_process").answer()
 """
 
 
+_DONE, _REFUSED, _UNABLE = "done", "refused", "unable"  # what became of it
+_TOO_LITTLE = "there is too little memory to make them"
+_CRASHED = 0x80000000  # on Windows: the first of the statuses of processes that crashed
+
+
 class _NoAnswer(Exception):
-    """No child could be asked, or it ended without an answer; the message says why, with the child's stderr."""
+    """No child could be asked, or it gave up without an answer; the message says why, with the child's stderr."""
 
 
 def unwrap_in_process(
@@ -57,10 +65,10 @@ def unwrap_in_process(
     Other threads run meanwhile. `cancelled` is asked every 0.05 s, in the calling thread; once it says True the process
     is killed and Cancelled raised.
 
-    Where no Python of this release is found, or the child ends without an answer (a sandbox that forbids it, a Python
-    that cannot load numpy, a crash), the unwrap runs in this process: the window then stands still and `cancelled`
-    waits for the end, but the artist gets charts wherever there are any to be had. If that fails too, the error has a
-    note of what the child wrote to stderr.
+    Where no child can be asked (no Python of this release is found, a sandbox forbids it, that Python cannot load
+    numpy), the unwrap runs in this process: the window then stands still and `cancelled` waits for the end, but the
+    artist gets charts wherever there are any to be had. If that fails too, the error has a note of what the child wrote
+    to stderr. Where the child is killed, crashes or lacks memory, so might this process: that raises NoUnwrapper.
     """
     arguments = (name, vertices, triangles, polygons, size, padding)
     if cancelled():
@@ -68,6 +76,8 @@ def unwrap_in_process(
     try:
         return _asked(arguments, cancelled)
     except (OSError, _NoAnswer) as error:
+        if isinstance(error, OSError) and error.errno == errno.ENOMEM:
+            raise NoUnwrapper(name, _TOO_LITTLE) from error
         why = f"The unwrap in a process of its own failed: {error}"
     if cancelled():  # the same Ctrl-C may have ended the child
         raise Cancelled
@@ -79,17 +89,22 @@ def unwrap_in_process(
 
 
 def answer() -> None:
-    """The child's side: arguments of `unwrap` on stdin; on stdout the fields of its Charts, or the InputError's line.
+    """The child's side: arguments of `unwrap` on stdin; on stdout what became of it, and the fields of its Charts, the
+    InputError's line, or why xatlas makes none.
 
     Both are pickled, and hold nothing of this package: it has another name in the parent.
     """
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)  # a library that prints must not disturb the answer
-        arguments = pickle.load(sys.stdin.buffer)
+        reply: tuple[str, str | dict[str, Any]]
         try:
-            reply: str | dict[str, Any] = asdict(unwrap(*arguments))
+            reply = _DONE, asdict(unwrap(*pickle.load(sys.stdin.buffer)))
+        except NoUnwrapper as error:
+            reply = _UNABLE, error.why
+        except MemoryError:
+            reply = _UNABLE, _TOO_LITTLE
         except InputError as error:
-            reply = str(error)
+            reply = _REFUSED, str(error)
         pickle.dump(reply, out)
 
 
@@ -101,13 +116,13 @@ def _interpreter() -> str:
     prefix, release = Path(sys.prefix), f"python{sys.version_info[0]}.{sys.version_info[1]}"
     beside = [prefix / "bin" / release, prefix / "bin" / "python.exe", prefix / "python.exe"]
     for path in [Path(sys.executable or ""), *beside]:
-        if path.name.lower().startswith("python") and shutil.which(str(path)):
+        if path.is_absolute() and path.name.lower().startswith("python") and shutil.which(str(path)):
             return str(path)
     raise _NoAnswer(f"no {release} at {prefix}")
 
 
 def _asked(arguments: tuple[Any, ...], cancelled: Callable[[], bool]) -> Charts:
-    """Ask a child. Raises InputError, Cancelled, _NoAnswer, and OSError where none can be started."""
+    """Ask a child. Raises InputError, NoUnwrapper, Cancelled, _NoAnswer, and OSError where none can be started."""
     package = Path(__file__).absolute().parents[2]
     head = (sys.version_info[:2], str(package.parent), package.name, sys.path)
     request = pickle.dumps(head) + pickle.dumps(arguments)
@@ -129,9 +144,22 @@ def _asked(arguments: tuple[Any, ...], cancelled: Callable[[], bool]) -> Charts:
         finally:
             child.kill()  # does nothing to one that has ended
     reply, complaint = talk.result()
+    if (end := _violent_end(child.returncode)) is not None:
+        time.sleep(PERIOD)  # a Ctrl-C goes to both, and need not have been heard here
+        if cancelled():
+            raise Cancelled
+        raise NoUnwrapper(arguments[0], f"xatlas, which makes them, {end}")
     if child.returncode != 0:
         raise _NoAnswer(f"status {child.returncode}\n{complaint.decode(errors='replace')}".strip())
-    return _read(reply)
+    return _read(arguments[0], reply)
+
+
+def _violent_end(status: int) -> str | None:
+    """How a process was ended that did not end by itself."""
+    if status < 0:
+        why = ", as systems do that run out of memory" if status == -signal.SIGKILL else ""
+        return f"was ended ({signal.strsignal(-status)}{why})"
+    return f"crashed (0x{status:X})" if status >= _CRASHED else None
 
 
 def _wait_for(talk: Future[Any], cancelled: Callable[[], bool]) -> None:
@@ -140,8 +168,10 @@ def _wait_for(talk: Future[Any], cancelled: Callable[[], bool]) -> None:
             raise Cancelled
 
 
-def _read(reply: bytes) -> Charts:
-    content = pickle.loads(reply)
-    if isinstance(content, str):
+def _read(name: str, reply: bytes) -> Charts:
+    became, content = pickle.loads(reply)
+    if became == _REFUSED:
         raise InputError(content)
+    if became == _UNABLE:
+        raise NoUnwrapper(name, content)
     return Charts(**{**content, "stretch": Stretch(**content["stretch"])})

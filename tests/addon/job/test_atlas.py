@@ -22,6 +22,7 @@ from occlusion_bake.addon.job.runner import run  # noqa: E402
 from occlusion_bake.addon.output.result import Result  # noqa: E402
 from occlusion_bake.core.bake import Baker  # noqa: E402
 from occlusion_bake.core.base.errors import Cancelled, InputError  # noqa: E402
+from occlusion_bake.core.charts import unwrap_process  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.core.texels.rasterize import rasterize  # noqa: E402
@@ -236,6 +237,8 @@ def test_every_tile_is_baked_into_a_tiled_image(tmp_path: Path, settings: Any) -
     assert image.source == "TILED" and [tile.number for tile in image.tiles] == [1001, 1003]
     assert all(tuple(tile.size) == (64, 64) for tile in image.tiles) and image.is_float
     assert image.colorspace_settings.name == "Non-Color" and len(image.packed_files) == 2
+    named = [image.filepath, *(each.filepath for each in image.packed_files)]  # and no folder that is there no more
+    assert named == [f"//Tiled AO.{tile}.exr" for tile in ("<UDIM>", 1001, 1003)]
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
     bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
     image = bpy.data.images["Tiled AO"]
@@ -405,6 +408,23 @@ def test_where_xatlas_is_missing_the_second_press_unwraps(monkeypatch: pytest.Mo
         obj.data.update()
         bake_onto("Bare")
     np.testing.assert_array_equal(layout(obj, CHART_MAP), before)
+
+
+def test_where_xatlas_is_killed_the_second_press_unwraps_what_it_did_not(
+    monkeypatch: pytest.MonkeyPatch, settings: Any
+) -> None:
+    good, bad = blender.bare_cube("Good"), blender.bare_cube("Bad", location=(9, 0, 0))
+    settings()
+    assert bake_onto("Good") == {"FINISHED"}
+    before = layout(good, CHART_MAP)
+    monkeypatch.setattr(unwrap_process, "_BOOT", "import os\nos.abort()")
+    assert bake_onto("Good", "Bad") == {"FINISHED"}
+    said = bpy.context.window_manager.occlusion_bake.lines
+    assert "Bad: it needs UV charts and xatlas, which makes them, was ended" in said and "press Bake again" in said
+    assert not bad.data.uv_layers
+    assert bake_onto("Good", "Bad") == {"FINISHED"}
+    assert "Bad: charts by Smart UV Project" in bpy.context.window_manager.occlusion_bake.lines
+    np.testing.assert_array_equal(layout(good, CHART_MAP), before)
 
 
 def test_an_artist_in_edit_mode_is_put_back(settings: Any) -> None:

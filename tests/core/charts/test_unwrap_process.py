@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from occlusion_bake.core.base.errors import Cancelled, InputError
+from occlusion_bake.core.base.errors import Cancelled, InputError, NoUnwrapper
 from occlusion_bake.core.charts import unwrap_process
 from occlusion_bake.core.charts.unwrap import Charts, unwrap
 from occlusion_bake.core.charts.unwrap_process import unwrap_in_process
@@ -141,14 +142,6 @@ def test_input_error_comes_through(children: list[Any]) -> None:
     assert len(children) == 1
 
 
-@pytest.mark.usefixtures("only_apart")
-def test_missing_xatlas_comes_through(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    (tmp_path / "xatlas.py").write_text("raise ImportError\n")
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    with pytest.raises(InputError, match=r"^Suzanne: .*xatlas.*Smart UV Project"):
-        unwrap_in_process("Suzanne", *cube(), *SETTINGS, cancelled=never)
-
-
 NOISY = """
 import os, sys
 os.write(1, b"progress")
@@ -192,11 +185,10 @@ def fallback(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     elif kind == "other release":
         monkeypatch.setattr(unwrap_process, "_BOOT", unwrap_process._BOOT.replace("sys.version_info[:2]", "(2, 7)"))
     else:
-        crash = "import os\nos.abort()"
-        monkeypatch.setattr(unwrap_process, "_BOOT", {"dies": DYING, "crashes": crash}[kind])
+        monkeypatch.setattr(unwrap_process, "_BOOT", DYING)
 
 
-KINDS = ["no interpreter", "no program", "other release", "dies", "crashes"]
+KINDS = ["no interpreter", "no program", "other release", "gives up"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -207,6 +199,41 @@ def test_fallback(kind: str, monkeypatch: pytest.MonkeyPatch, children: list[Any
         unwrap("waves", *mesh, *SETTINGS)
     )
     assert all(child.returncode != 0 for child in children)
+
+
+@pytest.mark.usefixtures("only_apart")
+@pytest.mark.skipif(os.name != "posix", reason="ends processes by signals")
+@pytest.mark.parametrize(
+    ("end", "cause"),
+    [
+        ("os.kill(os.getpid(), signal.SIGKILL)", "out of memory"),
+        ("os.abort()", "ended"),
+        ("raise MemoryError", "memory"),
+        ("raise ImportError", "no xatlas"),
+    ],
+)
+def test_what_ends_the_child_does_not_happen_here(
+    end: str, cause: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "xatlas.py").write_text(f"import os, signal\n{end}\n")
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    with pytest.raises(NoUnwrapper, match=f"^Suzanne: .*{cause}.*--uv smart"):
+        unwrap_in_process("Suzanne", *cube(), *SETTINGS, cancelled=never)
+
+
+@pytest.mark.usefixtures("only_apart")
+@pytest.mark.parametrize("boot", ["import os\nos.abort()", None], ids=["before it listens", "never started"])
+def test_nor_what_ends_it_before_it_begins(boot: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    if boot is None:
+        monkeypatch.setattr(subprocess, "Popen", no_memory)
+    else:
+        monkeypatch.setattr(unwrap_process, "_BOOT", boot)
+    with pytest.raises(NoUnwrapper):
+        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never)
+
+
+def no_memory(*_: Any, **__: Any) -> Any:
+    raise OSError(errno.ENOMEM, os.strerror(errno.ENOMEM))
 
 
 def test_an_error_after_the_fallback_tells_of_the_child(monkeypatch: pytest.MonkeyPatch) -> None:
