@@ -20,8 +20,17 @@ from ...core.base.arrays import Flags, Floats, Ints
 from ...core.base.errors import InputError
 from ...core.charts.udim import corner_of
 from ...core.scene.scene import Instance
+from ..operator_errors import cause_of
 from ..read.bake_operator import INTO_IMAGE, with_texture
-from ..read.blender_state import bake_override, object_mode, passing_object, silenced, synced, temporary_attributes
+from ..read.blender_state import (
+    bake_override,
+    object_mode,
+    passing_object,
+    silenced,
+    synced,
+    temporary_attributes,
+    temporary_engine,
+)
 from ..read.block_ref import find, refs_of
 from ..typed import library_of, mesh_of, pixels_in, scene_in, view_layer_in
 
@@ -152,7 +161,7 @@ def _match(stack: ExitStack, scene: bpy.types.Scene, name: str, settings: Cycles
 
 def _choose_cycles(stack: ExitStack, scene: bpy.types.Scene, name: str) -> None:
     try:
-        temporary_attributes(stack, scene.render, engine="CYCLES")
+        stack.enter_context(temporary_engine(scene, "CYCLES"))
     except TypeError as error:
         raise InputError(
             f"{name}: cannot be compared without Cycles; enable Cycles in Preferences > Add-ons"
@@ -168,7 +177,7 @@ def run_bake(name: str, **options: Any) -> float:
     try:
         outcome = bpy.ops.object.bake(type="AO", **{**INTO_IMAGE, **options})
     except RuntimeError as error:
-        raise InputError(f"{name}: Cycles cannot bake it: {_one_line(error)}") from error
+        raise InputError(f"{name}: Cycles cannot bake it: {cause_of(error)}") from error
     seconds = time.perf_counter() - start
     if outcome != {"FINISHED"}:
         raise InputError(f"{name}: Cycles gave up the bake without a reason; see Blender's console")
@@ -180,10 +189,6 @@ def baked_into(image: bpy.types.Image, seconds: float) -> CyclesBake:
     values = _pixels(image)
     coverage = values != UNTOUCHED
     return CyclesBake(np.where(coverage, values, np.float32(0.0)), coverage, seconds)
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).removeprefix("Error: ").split())
 
 
 def _pixels(image: bpy.types.Image) -> Floats:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Any
 
 import bpy
@@ -37,6 +38,39 @@ def temporary_attributes(stack: ExitStack, owner: Any, **values: Any) -> None:
         if hasattr(owner, name):
             stack.callback(setattr, owner, name, getattr(owner, name))
             setattr(owner, name, value)
+
+
+@contextmanager
+def temporary_engine(scene: bpy.types.Scene, engine: str) -> Iterator[None]:
+    """Another render engine for the time. The artist's comes back even where it is not installed here, which Blender
+    lets nobody set and tells to be another. Raises TypeError where `engine` itself is not there."""
+    render: Any = scene.render
+    before, shown = _stored(render), render.engine
+    render.engine = engine
+    at = _stored(render).find(f"{engine}\0".encode())
+    stored = before[at:].split(b"\0")[0].decode() if at >= 0 else ""
+    try:
+        yield
+    finally:
+        _set_engine(render, stored or shown)
+
+
+def _stored(render: Any) -> bytes:
+    """The settings in Blender's memory, up to those of bakes, which follow the name of the engine."""
+    start = render.as_pointer()
+    return ctypes.string_at(start, max(render.bake.as_pointer() - start, 0))
+
+
+def _set_engine(render: Any, name: str) -> None:
+    with suppress(TypeError):
+        render.engine = name
+        return
+    absent = type("OCCLUSION_BAKE_absent_engine", (bpy.types.RenderEngine,), {"bl_idname": name, "bl_label": name})
+    bpy.utils.register_class(absent)
+    try:
+        render.engine = name
+    finally:
+        bpy.utils.unregister_class(absent)
 
 
 @contextmanager

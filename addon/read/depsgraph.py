@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 import bpy
 
-from .blender_state import bake_override, object_mode, passing_object, silenced, temporary_attributes
+from .blender_state import bake_override, object_mode, passing_object, silenced, temporary_attributes, temporary_engine
 
 
 class _Visitor(bpy.types.RenderEngine):
@@ -50,7 +50,7 @@ def evaluated(
         stack.enter_context(silenced("object_bake_pre", "object_bake_complete", "object_bake_cancel"))
         carrier = stack.enter_context(_carrier(scene))
         outcome = stack.enter_context(_registered(visit))
-        temporary_attributes(stack, scene.render, engine=_Visitor.bl_idname)
+        stack.enter_context(temporary_engine(scene, _Visitor.bl_idname))
         temporary_attributes(stack, scene.render.bake, use_multires=False)
         temporary_attributes(stack, scene.render, use_bake_multires=False)
         stack.enter_context(bake_override(context, carrier, scene, view_layer))

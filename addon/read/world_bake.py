@@ -18,6 +18,7 @@ import numpy as np
 from ...core.base.arrays import Doubles, Floats
 from ...core.base.errors import InputError
 from ...core.spherical.octahedral_map import on_octahedron
+from ..operator_errors import cause_of
 from ..typed import mesh_of, pixels_in
 from .bake_operator import INTO_IMAGE, with_texture
 from .blender_state import bake_override, passing_object, silenced
@@ -103,6 +104,6 @@ def _bake(world: Any) -> None:
     try:
         outcome = bpy.ops.object.bake(type="ENVIRONMENT", **INTO_IMAGE)
     except RuntimeError as error:
-        raise InputError(f"{world.name}: Cycles cannot evaluate it: {' '.join(str(error).split())}") from error
+        raise InputError(f"{world.name}: Cycles cannot evaluate it: {cause_of(error)}") from error
     if outcome != {"FINISHED"}:
         raise InputError(f"{world.name}: Cycles gave up its evaluation without a reason; see Blender's console")
