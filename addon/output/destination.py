@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count, product
 from pathlib import Path
+from string import Formatter
 
 import bpy
 
@@ -111,7 +112,7 @@ class Destination:
         template = _TILE.sub("", template)
         if not template.strip():
             raise InputError("Path: it is empty; give one, as //textures/{object}_{map}")
-        known = {
+        known: dict[str, str | int] = {
             "object": self._names.of(owner),
             "map": name,
             "width": settings.image.width,
@@ -119,8 +120,8 @@ class Destination:
             "file": clean_name(Path(scene_file).stem) if scene_file else "untitled",
         }
         try:
-            text = template.format(**known)
-        except (LookupError, ValueError, AttributeError):
+            text = _filled(template, known)
+        except (KeyError, ValueError):
             words = ", ".join(f"{{{word}}}" for word in known)
             raise InputError(f"Path {self.path}: only {words} can stand in it") from None
         path = self._placed(text)
@@ -164,6 +165,17 @@ class Destination:
         if len(objects) > 1 or not settings.is_one_grey:
             raise InputError(f"{image.name}: its channel takes one grey map of one object; choose one of each")
         check_image_channel(image, self.channel, settings.image.size)
+
+
+def _filled(template: str, words: Mapping[str, str | int]) -> str:
+    """A template with what its words in braces stand for. Raises KeyError and ValueError for anything else in braces,
+    as the indices, attributes and forms that str.format would follow."""
+    parts = []
+    for text, word, form, conversion in Formatter().parse(template):
+        if form or conversion:
+            raise ValueError
+        parts += [text, "" if word is None else str(words[word])]
+    return "".join(parts)
 
 
 def _stored(result: Result, settings: Settings, tiles: TileFiles, names: Iterable[str]) -> dict[str, bpy.types.Image]:

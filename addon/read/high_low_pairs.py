@@ -44,9 +44,9 @@ def paired_with(low: BlockRef, highs: Sequence[BlockRef], cage: BlockRef | None,
 
 
 def paired_by_name(objects: Iterable[bpy.types.Object], chosen: Sequence[BlockRef], extrusion: float | None) -> Pairing:
-    """Each `…_low` of the objects that is chosen, or one of whose `…_high` is; those may be several, and go on after
-    `high`, as `Rock_high.001`. A `…_cage` beside them is its cage. Those of the low mesh's own file, or library, go
-    before those of others. Chosen objects that are no part of a pair are baked as they are.
+    """Each `…_low` of the objects that is chosen, or whose `…_cage` is, or one of whose `…_high`; those may be several,
+    and go on after `high`, as `Rock_high.001`. A `…_cage` beside them is its cage. Those of the low mesh's own file,
+    or library, go before those of others. Chosen objects that are no part of a pair are baked as they are.
 
     Raises InputError for a chosen low mesh without a high one.
     """
@@ -62,13 +62,14 @@ def paired_by_name(objects: Iterable[bpy.types.Object], chosen: Sequence[BlockRe
                     f"{low.ref.label}: no mesh named {stem}_high to bake it from; name one so, or choose another"
                 )
             above = _beside(low, highs.get(base, []))
-            if not {low.ref, *above}.isdisjoint(chosen) and above:
-                cage = _beside(low, cages.get(base, []))
+            cage = _beside(low, cages.get(base, []))
+            if above and not {low.ref, *above, *cage}.isdisjoint(chosen):
                 pairs[low.ref] = HighMeshes(tuple(above), cage[0] if cage else None, extrusion)
-    low_parts = {
-        part.ref for group in (lows, cages) for base, parts in group.items() if base in highs for part in parts
-    }
-    high_parts = {part.ref for base, parts in highs.items() if base in lows for part in parts}
+    paired = lows.keys() & highs.keys()
+    low_parts, high_parts = (
+        {part.ref for group in groups for base, parts in group.items() if base in paired for part in parts}
+        for groups in ((lows, cages), (highs,))
+    )
     plain = [ref for ref in chosen if ref not in low_parts | high_parts]
     return Pairing((*plain, *pairs), pairs, frozenset(ref.uid for ref in low_parts))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
+from typing import Any
 
 from ...core.finish.report import Json
 from .block_ref import BlockRef, Renewal, restored, stored
@@ -50,8 +51,8 @@ def with_target(roles: Json, uid: int) -> Json:
 
 
 def roles_from_json(roles: Json) -> tuple[Pairing, OccluderFilter]:
-    """What is no more is a reference to nothing, and among occluders left out. Raises KeyError, TypeError, ValueError
-    and IndexError for what is no JSON of ours."""
+    """What is no more is a reference to nothing, and among occluders left out. Raises LookupError, TypeError and
+    ValueError for what is no JSON of ours."""
     objects = restored(roles["objects"])
 
     def of(places: Iterable[int]) -> tuple[BlockRef, ...]:
@@ -61,7 +62,7 @@ def roles_from_json(roles: Json) -> tuple[Pairing, OccluderFilter]:
         return frozenset(ref.uid for ref in of(places)) - {0}
 
     highs = {
-        low: HighMeshes(of(each["meshes"]), next(iter(of(each["cage"])), None), each["extrusion"])
+        low: HighMeshes(of(each["meshes"]), next(iter(of(each["cage"])), None), _length(each["extrusion"]))
         for each in roles["highs"]
         for low in of(each["low"])
     }
@@ -69,3 +70,7 @@ def roles_from_json(roles: Json) -> tuple[Pairing, OccluderFilter]:
     occluders = None if roles["occluders"] is None else uids(roles["occluders"])
     pairing = Pairing(of(roles["targets"]), highs, excluded)
     return pairing, OccluderFilter(occluders, roles["alone"], roles["ground"], excluded)
+
+
+def _length(kept: Any) -> float | None:
+    return None if kept is None else float(kept)

@@ -13,6 +13,7 @@ import bpy
 from ...core.base.errors import Cancelled, InputError
 from ...core.progress import Progress
 from ..job.runner import Runner, Steps, run
+from ..operator_errors import cause_of, is_refusal
 from ..read.block_ref import BlockRef
 from ..typed import Ended, OperatorMixin, window_manager_in
 from .properties import redraw, result_in, show_lines
@@ -25,7 +26,7 @@ _SHOWN = 0.3  # and between two drawings of how far it is, at least
 _LOOKED = 1.0  # and between two of the work itself: they redraw the whole view
 _HELD = 0.04  # of the time, at most, may the window be held up by either: drawn in software they take long
 
-_FORESEEN = (InputError, Cancelled, MemoryError, RuntimeError, ReferenceError)
+_FORESEEN = (InputError, Cancelled, MemoryError, ReferenceError)
 
 
 class LongOperator(OperatorMixin):
@@ -64,7 +65,9 @@ class LongOperator(OperatorMixin):
         progress = Progress()
         try:
             run(self.start(context, progress), progress)
-        except _FORESEEN as error:
+        except Exception as error:
+            if not _is_foreseen(error):
+                raise
             return self._failed(context, error)
         return {"FINISHED"}
 
@@ -92,14 +95,13 @@ class LongOperator(OperatorMixin):
             return {"PASS_THROUGH"}
         try:
             finished = self._runner.poll()
-        except _FORESEEN as error:
+        except BaseException as error:
             self._end(context)
+            if not _is_foreseen(error):
+                raise
             # Where the cure is to press once more, no pop-up may lie over the button.
             asked = result_in(context).asked
             return self._failed(context, error, "WARNING" if asked else "ERROR")
-        except BaseException:
-            self._end(context)
-            raise
         if finished:
             self._end(context)
             return {"FINISHED"}
@@ -148,11 +150,18 @@ class LongOperator(OperatorMixin):
             self.report({"INFO"}, "Cancelled; nothing was changed")
             return {"CANCELLED"}
         line = str(error) or "not enough memory; bake a smaller image"
+        if isinstance(error, RuntimeError):
+            line = f"Blender refused ({cause_of(error)})"
         if isinstance(error, ReferenceError):
             line = "What was being baked was removed, perhaps by an undo; bake again"
         show_lines(context, [line])
         self.report({level}, line)
         return {"CANCELLED"}
+
+
+def _is_foreseen(error: BaseException) -> bool:
+    """Whether it says for itself what happened; what does not is shown with its traceback."""
+    return isinstance(error, _FORESEEN) or is_refusal(error)
 
 
 def running() -> Progress | None:

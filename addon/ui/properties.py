@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import bpy
 
-from ...core.options.option import ANGLE, Choice, Kind, Option, Place, Pointer, Switch, Text, Whole
+from ...core.options.option import ANGLE, Choice, Kind, Option, Place, Pointer, Switch, Text, Whole, is_value
 from ...core.options.table import OPTIONS
 from ..typed import props, window_manager_in
 
@@ -110,9 +110,18 @@ def plain_settings(chosen: Any) -> dict[str, Any]:
     return {name: getattr(chosen, name) for name in plain_names()}
 
 
+def are_settings(values: Mapping[str, Any]) -> bool:
+    """Whether these are all the plain settings, each of its kind, as they stand in files that others may have made."""
+    return all(is_value(option.kind, values.get(option.name)) for option in _plain())
+
+
 def plain_names() -> list[str]:
     """Of the settings that are no pointers."""
-    return [option.name for option, _ in _placed() if not isinstance(option.kind, Pointer)]
+    return [option.name for option in _plain()]
+
+
+def _plain() -> Iterator[Option]:
+    return (option for option, _ in _placed() if not isinstance(option.kind, Pointer))
 
 
 def draw_options(layout: bpy.types.UILayout, chosen: Any, panel: str) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import bpy
 
 from ...core.base.errors import InputError
+from ...core.base.foreign_text import json_object
 from ...core.charts.udim import Udim
 from ...core.options.values import settings_of_panel
 from ..charts.chart_job import CHARTS, SMART
@@ -23,7 +24,7 @@ from ..read.high_low_pairs import Pairing, paired_by_name, paired_with
 from ..read.occluder_filter import OccluderFilter
 from ..read.roles import roles_from_json, roles_to_json, with_target
 from ..typed import view_layer_in
-from .properties import plain_settings, settings_in
+from .properties import are_settings, plain_settings, settings_in
 
 KEPT = "occlusion_bake_settings"  # on an image of ours: the order that it was baked by, as JSON
 
@@ -105,21 +106,21 @@ def is_ours(image: Any) -> bool:
 
 def request_from_image(view_layer: bpy.types.ViewLayer, image: bpy.types.Image) -> BakeRequest:
     """What an image was baked by. Raises InputError where it does not say so, or its object is not there."""
-    try:
-        kept = json.loads(image[KEPT])
-        panel = dict(kept["panel"])
-    except (KeyError, ValueError, TypeError):
-        raise InputError(f"{image.name}: it does not tell how it was baked; bake its object anew") from None
+    kept = json_object(image.get(KEPT))
+    panel = kept.get("panel")
+    if not isinstance(panel, dict):
+        raise InputError(f"{image.name}: it does not tell how it was baked; bake its object anew")
+    other = InputError(f"{image.name}: it was baked by another version; bake its object anew")
+    if not are_settings(panel):
+        raise other
     try:
         roles, owners = kept["roles"], owners_of(image)
         if len(owners) == len(roles["targets"]) == 1:  # who holds it is surer than who was called so
             roles = with_target(roles, owners[0].session_uid)
         pairing, occluding = roles_from_json(roles)
-        request = _request(pairing, panel, occluding, None)
-    except InputError:
-        raise
-    except (AttributeError, KeyError, TypeError, ValueError, IndexError):  # kept by another version
-        raise InputError(f"{image.name}: it was baked by another version; bake its object anew") from None
+    except (AttributeError, LookupError, TypeError, ValueError):
+        raise other from None
+    request = _request(pairing, panel, occluding, None)
     there = synced(view_layer)
     if missing := [ref.label for ref in pairing.targets if find(there, ref) is None]:
         raise InputError(f"{image.name}: its object {missing[0]} is not in this view layer; bake another")

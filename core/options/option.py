@@ -83,6 +83,16 @@ class Pointer:
 Kind = Switch | Whole | Real | Text | Choice | Pointer
 
 
+_VALUES: Mapping[type, tuple[type, ...]] = {Switch: (bool,), Whole: (int,), Real: (float, int), Text: (str,)}
+
+
+def is_value(kind: Kind, value: object) -> bool:
+    """Whether a value of the panel's is of this kind; of a pointer none is."""
+    if isinstance(kind, Choice):
+        return value in [item.upper() for item in kind.values]
+    return type(value) in _VALUES.get(type(kind), ())
+
+
 @dataclass(frozen=True)
 class Flag:
     """An option in the command. arguments: what `add_argument` takes beside the help, and beside what the kind tells.

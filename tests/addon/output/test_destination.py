@@ -99,7 +99,17 @@ def test_from_the_file_to_a_folder_and_back_its_users_follow(scene: Any, tmp_pat
 
 @pytest.mark.parametrize(
     ("path", "words"),
-    [("{thing}", "only {object}, {map}"), ("{object", "only {object}"), ("{0}", "only"), ("", "empty")],
+    [
+        ("{thing}", "only {object}, {map}"),
+        ("{object", "only {object}"),
+        ("{0}", "only"),
+        ("{}", "only"),
+        ("{object[x]}", "only"),
+        ("{object.upper}", "only"),
+        ("{object!z}", "only"),
+        ("{width:99999999999}", "only"),
+        ("", "empty"),
+    ],
 )
 def test_a_template_that_cannot_be_filled(scene: Any, tmp_path: Path, path: str, words: str) -> None:
     scene.output, scene.path = "SAVED", path and f"{tmp_path}/{path}"

@@ -101,6 +101,23 @@ def test_pairs_by_name(settings: Any) -> None:
     np.testing.assert_array_equal(pixels("Other AO")[::-1, :, 0], 1.0)
 
 
+@pytest.mark.parametrize("chosen", ["Rock_low", "Rock_high", "Rock_cage"])
+def test_any_part_of_a_pair_stands_for_it(settings: Any, chosen: str) -> None:
+    for name, height in (("Rock_low", 0.0), ("Rock_high", 0.1), ("Rock_cage", 0.2)):
+        blender.plane(name, location=(0, 0, height))
+    settings(source="NAMES")
+    assert bake_onto(chosen) == {"FINISHED"}
+    assert [image.name for image in bpy.data.images if image.name.startswith("Rock")] == ["Rock_low AO"]
+
+
+def test_a_cage_of_no_pair_is_baked_as_it_is(settings: Any) -> None:
+    for name in ("Rock_high", "Rock_cage"):
+        blender.plane(name)
+    settings(source="NAMES")
+    assert bake_onto("Rock_cage") == {"FINISHED"}
+    assert "Rock_cage AO" in bpy.data.images
+
+
 def test_which_names_are_pairs() -> None:
     names = ("a_low", "a_high", "a_high_2", "a_cage", "b_low", "Highlands", "Yellow", "c_high", "low", "HIGH.001")
     for name in names:

@@ -20,7 +20,7 @@ from occlusion_bake.addon.job.bake_job import BakeJob, Layout  # noqa: E402
 from occlusion_bake.addon.read.high_low_pairs import Pairing  # noqa: E402
 from occlusion_bake.addon.read.occluder_filter import OccluderFilter  # noqa: E402
 from occlusion_bake.addon.read.roles import roles_from_json  # noqa: E402
-from occlusion_bake.addon.ui import translate  # noqa: E402
+from occlusion_bake.addon.ui import operators, translate  # noqa: E402
 from occlusion_bake.addon.ui.panel import OCCLUSION_BAKE_PT_bake  # noqa: E402
 from occlusion_bake.core.charts.udim import Udim  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
@@ -44,6 +44,33 @@ def ours() -> dict[str, Any]:
 
 def lines() -> list[str]:
     return bpy.context.window_manager.occlusion_bake.lines.split("\n")
+
+
+# Faults
+
+
+@pytest.mark.parametrize(
+    ("error", "shown"),
+    [
+        (NotImplementedError("so"), "NotImplementedError: so"),
+        (RecursionError("so"), "RecursionError: so"),
+        (RuntimeError("so"), "RuntimeError: so"),
+        (RuntimeError("Error: Python: Traceback (most recent call last):\nKeyError: 'so'"), "Traceback"),
+        (RuntimeError("Error: The disk is full.\n"), ""),
+        (MemoryError(), ""),
+    ],
+)
+def test_a_fault_of_ours_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch, error: Exception, shown: str) -> None:
+    def fails(*_: Any) -> Any:
+        raise error
+
+    monkeypatch.setattr(operators, "bake_steps", fails)
+    bpy.ops.mesh.primitive_cube_add()
+    with pytest.raises(RuntimeError) as caught:
+        press()
+    assert ("Traceback" in str(caught.value)) == bool(shown) and shown in str(caught.value)
+    if "disk" in str(error):
+        assert lines() == ["Blender refused (The disk is full)"]
 
 
 # One press
