@@ -3,7 +3,14 @@
 import sys
 
 if __name__ == "__main__":
-    from .addon.cli.command import main
     from .addon.cli.hard_exit import leave
+    from .addon.job.stop_signals import STOPPING, interrupted_by
 
-    leave(main(sys.argv[1:]))
+    try:
+        with interrupted_by(STOPPING, at_once=False):  # while Blender is loaded
+            from .addon.cli.command import main
+        status = main(sys.argv[1:])
+    except KeyboardInterrupt:
+        sys.stderr.write("occlusion_bake: cancelled\n")
+        status = 3
+    leave(status)

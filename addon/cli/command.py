@@ -1,6 +1,7 @@
 """The command: `blender -b FILE.blend -c occlusion_bake …` and `python -m occlusion_bake FILE …`.
 
-Exit status 0; 1 for a fault of ours; 2 for bad arguments or input, with one line that says what; 3 when cancelled.
+Exit status 0; 1 for a fault of ours; 2 for bad arguments or input, with one line that says what; 3 when cancelled; 4
+where some of several objects were refused and the others are done.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from typing import Any, TextIO
 
 import bpy
 
-from ...core.base.atomic_file import check_writable
+from ...core.base.atomic_file import check_writable, refusal, replacing
 from ...core.base.errors import Cancelled, InputError
 from ...core.charts.udim import Udim
 from ...core.finish.baked import Baked
@@ -43,6 +44,8 @@ from ..job.bake_job import BakeJob, Layout, bake_steps, meshes_in_render
 from ..job.job_clock import CYCLES
 from ..job.outcome import Outcome
 from ..job.runner import Steps, run
+from ..job.stop_signals import STOPPING, interrupted_by
+from ..operator_errors import cause_of
 from ..output.color_attributes import store_colours
 from ..output.result import Result
 from ..read.blender_state import synced
@@ -54,6 +57,7 @@ from .import_file import load
 from .options import parsed, parser, settings_of
 
 NAME = "occlusion_bake"
+_DONE, _FAULT, _BAD_INPUT, _CANCELLED, _IN_PART = range(5)  # exit statuses
 _CLEAR = "\r\x1b[K"
 
 
@@ -67,48 +71,47 @@ def blender_command(argv: Sequence[str]) -> int:
     return _guarded(partial(_bake_loaded, argv))
 
 
-def _guarded(body: Callable[[], None]) -> int:
+def _guarded(body: Callable[[], int]) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal may lack letters of an object's name
             stream.reconfigure(errors="backslashreplace")
     try:
-        body()
+        with interrupted_by(STOPPING):
+            return body()
     except InputError as error:
-        _say(f"{NAME}: {error}", sys.stderr)
-        return 2
-    except (Cancelled, KeyboardInterrupt):  # the latter before the bake has begun
-        _say(f"{NAME}: cancelled", sys.stderr)
-        return 3
+        _complain(error)
+        return _BAD_INPUT
+    except (Cancelled, KeyboardInterrupt):  # the latter before and after the bake
+        _complain("cancelled")
+        return _CANCELLED
     except SystemExit as request:  # --help
         return int(request.code or 0)
     except MemoryError as error:
-        _say(f"{NAME}: {error or 'not enough memory'}; bake fewer objects or a smaller image", sys.stderr)
-        return 1
+        _complain(f"{error or 'not enough memory'}; bake fewer objects or a smaller image")
+        return _FAULT
     except Exception:
         traceback.print_exc()
-        return 1
-    return 0
+        return _FAULT
 
 
-def _load_and_bake(argv: Sequence[str]) -> None:
+def _load_and_bake(argv: Sequence[str]) -> int:
     options = parsed(parser(f"python -m {NAME}", with_file=True), argv)
     settings_of(options)  # what is wrong with the options is said before a large file is read
     load(options.file)
-    _bake(options)
+    return _bake(options)
 
 
-def _bake_loaded(argv: Sequence[str]) -> None:
-    _bake(parsed(parser(f"blender -c {NAME}", with_file=False), argv))
+def _bake_loaded(argv: Sequence[str]) -> int:
+    return _bake(parsed(parser(f"blender -c {NAME}", with_file=False), argv))
 
 
-def _bake(options: Any) -> None:
+def _bake(options: Any) -> int:
     context = bpy.context
     settings = settings_of(options)
     _place_files(options)
     chosen = _chosen(context, options, settings)
     if options.comparison:
-        _compare_alone(context, options, chosen)
-        return
+        return _compare_alone(context, options, chosen)
     names = chosen.objects
     if options.into:
         _check_into(options, chosen)
@@ -121,14 +124,15 @@ def _bake(options: Any) -> None:
     writer = _Writer(context, options, chosen, folder, outcome)
     steps = bake_steps(context, chosen, progress, outcome, writer.deliver)
     try:
-        run(steps, progress, _Line().show)
+        run(steps, progress, _Line().show, STOPPING)
         progress.raise_if_cancelled()  # while Cycles held the main thread
-    finally:
-        if options.color_attributes and outcome.finished:
-            _save_copy(options.color_attributes, "color attributes")
-        _save_charts(outcome, options)
-        for line in (*outcome.notes, *(outcome.refused if len(names) > 1 else ())):
-            _say(f"{NAME}: {line}")
+    except BaseException:
+        try:  # what is done is of use, whatever ended the bake; that is told, come what may
+            _keep(outcome, options)
+        except InputError as unsaved:
+            _complain(unsaved)
+        raise
+    _keep(outcome, options)
     if total := writer.total:
         _say(
             f"{total['images']} images together: Cycles {total['seconds']:.2f} s, here {total['own_seconds']:.2f} s; "
@@ -137,14 +141,13 @@ def _bake(options: Any) -> None:
     if options.report:
         _report(options.report, settings, outcome, writer)
     if outcome.refused:
-        raise InputError(outcome.complaint(len(names)))
-    if writer.uncompared:
-        raise InputError(
-            f"{len(writer.uncompared)} of {len(writer.entries)} images not compared; {writer.uncompared[0]}"
-        )
+        _complain(outcome.complaint(len(names)))
+    elif writer.uncompared:
+        _complain(f"{len(writer.uncompared)} of {len(writer.entries)} images not compared; {writer.uncompared[0]}")
+    return _IN_PART if outcome.refused or writer.uncompared else _DONE
 
 
-def _compare_alone(context: Any, options: Any, job: BakeJob) -> None:
+def _compare_alone(context: Any, options: Any, job: BakeJob) -> int:
     """What another Blender has asked for (compare/steps.py)."""
     folder, progress = Path(options.comparison), Progress(len(job.objects))
 
@@ -152,7 +155,8 @@ def _compare_alone(context: Any, options: Any, job: BakeJob) -> None:
         report = yield from compare_into(folder, context, job, options.cycles_samples, progress)
         write_report(folder / REPORT, report)
 
-    run(steps(), progress, _Line().show)
+    run(steps(), progress, _Line().show, STOPPING)
+    return _DONE
 
 
 def _with_comparison(options: Any, job: BakeJob) -> BakeJob:
@@ -236,7 +240,8 @@ def _all_meshes(view_layer: bpy.types.ViewLayer) -> list[BlockRef]:
 def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -> None:
     assert outcome.baker is not None  # something has been baked
     report = whole_report(told_by_reports(settings), outcome.baker.device, outcome.clock.shared, writer.entries)
-    more = {"occluders": outcome.occluders, "notes": outcome.notes, "refused": outcome.refused}
+    refused = [*outcome.refused, *writer.uncompared]
+    more = {"occluders": outcome.occluders, "notes": outcome.notes, "refused": refused}
     total = {"cycles": writer.total} if writer.total else {}
     write_report(path, {**report, **total, **more})
 
@@ -332,6 +337,17 @@ def _summary(entry: Json) -> str:
     )
 
 
+def _keep(outcome: Outcome, options: Any) -> None:
+    """Save what the finished objects have beside their images, and say what there is to say. Raises InputError."""
+    try:
+        if options.color_attributes and outcome.finished:
+            _save_copy(options.color_attributes, "color attributes")
+        _save_charts(outcome, options)
+    finally:
+        for line in (*outcome.notes, *(outcome.refused if len(outcome.states) > 1 else ())):
+            _say(f"{NAME}: {line}")
+
+
 def _save_charts(outcome: Outcome, options: Any) -> None:
     """Textures on charts are of no use without them: a copy of the scene with its new UV maps goes beside them."""
     if set(outcome.charting.made).isdisjoint(outcome.finished):
@@ -344,11 +360,18 @@ def _save_charts(outcome: Outcome, options: Any) -> None:
 
 
 def _save_copy(path: Path, what: str) -> None:
-    try:  # uncompressed: on a full disk Blender takes the stump of a compressed file for success
-        bpy.ops.wm.save_as_mainfile(filepath=str(path), copy=True, compress=False)
+    try:
+        with replacing(path) as temporary:  # uncompressed: on a full disk Blender takes a compressed stump for success
+            bpy.ops.wm.save_as_mainfile(filepath=str(temporary), copy=True, compress=False)
+    except OSError as error:
+        raise refusal(path, error) from error
     except RuntimeError as error:
-        cause = str(error).strip().splitlines()[0].removeprefix("Error: ")
+        cause = cause_of(error)
         raise InputError(f"{path}: the {what} cannot be saved ({cause}); check that the disk has room") from error
+
+
+def _complain(line: object) -> None:
+    _say(f"{NAME}: {line}", sys.stderr)
 
 
 def _say(line: str, stream: TextIO | None = None) -> None:

@@ -3,21 +3,37 @@
 from __future__ import annotations
 
 import os
+import shutil
 import sys
+import tempfile
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import NoReturn
 
 from ...core.base.errors import InputError
 
 
 def leave(status: int) -> NoReturn:
-    """End at once, with all output written.
+    """End at once, with all output written, and without what Blender has put into the temporary folder.
 
     At an ordinary exit bpy 4.5's static destructors now and then wait for ever for a thread of its sound system.
     """
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError, ValueError):  # who read it may be gone
+            stream.flush()
+    _remove_session_folder()
     os._exit(status)
+
+
+def _remove_session_folder() -> None:
+    """Blender's own, blender_XXXXXX, which it removes at an ordinary exit. Where it could make none, what it names is
+    the folder for everybody's temporary files."""
+    if "bpy" not in sys.modules:
+        return
+    folder = Path(sys.modules["bpy"].app.tempdir)
+    if folder.match("blender_??????") and folder != Path(tempfile.gettempdir()):
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def run_and_exit(main: Callable[[Sequence[str]], int]) -> NoReturn:

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable
+from contextlib import redirect_stderr
 from pathlib import Path
 
 import bpy
 
 from ...core.base.errors import InputError
+from ..job.stop_signals import STOPPING, interrupted_by
+from ..operator_errors import cause_of
 
 _IMPORTERS: dict[str, Callable[[str], object]] = {
     ".obj": lambda path: bpy.ops.wm.obj_import(filepath=path),
@@ -30,20 +34,21 @@ def load(path: Path) -> None:
         raise InputError(f"{path}: unknown kind of file; give .blend, {', '.join(_IMPORTERS)}")
     absolute = str(path.resolve())
     try:
-        if kind == ".blend":
-            bpy.ops.wm.open_mainfile(filepath=absolute, load_ui=False)
-        else:
-            bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
-            _IMPORTERS[kind](absolute)
+        with interrupted_by(STOPPING):
+            _read(absolute, kind)
     except (RuntimeError, UnicodeDecodeError) as error:
-        cause = _first_line(error)
+        how = ", uncompressed" if kind in (".glb", ".gltf") else ""
         raise InputError(
-            f"{path}: cannot be read as {kind} ({cause}); see that it is whole, or save it anew"
+            f"{path}: cannot be read as {kind} ({cause_of(error)}); see that it is whole, or save it anew{how}"
         ) from error
     if kind != ".blend" and not any(obj.type == "MESH" for obj in bpy.data.objects):
         raise InputError(f"{path}: holds no mesh that can be read as {kind}; check that it is what its name says")
 
 
-def _first_line(error: Exception) -> str:
-    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-    return lines[0].removeprefix("Error: ") if lines else type(error).__name__
+def _read(absolute: str, kind: str) -> None:
+    if kind == ".blend":
+        bpy.ops.wm.open_mainfile(filepath=absolute, load_ui=False)
+        return
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    with redirect_stderr(io.StringIO()):  # where Blender prints an importer's traceback, beside raising it
+        _IMPORTERS[kind](absolute)

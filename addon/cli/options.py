@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ...core.base.errors import InputError
+from ...core.base.foreign_text import check_utf8
 from ...core.finish.image_file import check_format
 from ...core.options.option import Choice, Flag, Kind, Option, Real, Switch, Whole
 from ...core.options.table import BY_NAME, OPTIONS
@@ -44,6 +45,10 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
 def parsed(made: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Namespace:
     """The options' values. Raises InputError."""
     options = made.parse_args(argv)
+    for value in vars(options).values():
+        for word in value if isinstance(value, list) else [value]:
+            if isinstance(word, str):  # names within Blender; of paths those are checked that are written to
+                check_utf8(word)
     if options.values is not None:
         for name, value in json.loads(options.values.read_text(encoding="utf-8")).items():
             setattr(options, name, Path(value) if name in BY_NAME and _is_path(BY_NAME[name]) else value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import tempfile
 import time
@@ -28,6 +29,7 @@ from ..read.roles import roles_to_json
 from .comparison import Compared, compare_with_cycles, without_a_bake
 
 REPORT = "report.json"
+_TEMPORARY = ("TMPDIR", "TEMP", "TMP")  # where programs are told to put what is temporary
 Finish = Callable[[bpy.types.Context, Json], None]
 
 
@@ -107,7 +109,12 @@ def _wait_for(command: list[str], log: Path, progress: Progress) -> None:
     with log.open("w+", encoding="utf-8", errors="replace") as output:
         hidden = getattr(subprocess, "CREATE_NO_WINDOW", 0)
         child = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT, creationflags=hidden
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            creationflags=hidden,
+            env={**os.environ, **dict.fromkeys(_TEMPORARY, str(log.parent))},  # killed, it leaves there what it made
         )
         start, stage = time.monotonic(), progress.stage
         try:

@@ -8,14 +8,15 @@ window, a loop in the background.
 from __future__ import annotations
 
 import os
-import signal
 import sys
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager, suppress
+from contextlib import suppress
+from signal import Signals
 from typing import Any
 
 from ...core.progress import Progress
+from .stop_signals import CTRL_C, handled
 
 Steps = Generator[Callable[[], Any], Any, None]
 
@@ -74,25 +75,16 @@ def _give_way() -> None:
         os.setpriority(os.PRIO_PROCESS, 0, _NICE)
 
 
-def run(steps: Steps, progress: Progress, show: Callable[[Progress], None] | None = None) -> None:
-    """Do all the work before returning. Ctrl-C cancels it. `show` is called a few times a second."""
+def run(
+    steps: Steps,
+    progress: Progress,
+    show: Callable[[Progress], None] | None = None,
+    signals: Sequence[Signals] = CTRL_C,
+) -> None:
+    """Do all the work before returning. The signals cancel it. `show` is called a few times a second."""
     runner = Runner(steps, progress)
-    with _interrupts(progress.cancel):
+    with handled(signals, lambda *_: progress.cancel()):
         while not runner.poll():
             if show is not None:
                 show(progress)
             runner.wait(0.05)
-
-
-@contextmanager
-def _interrupts(cancel: Callable[[], None]) -> Iterator[None]:
-    """Ctrl-C calls `cancel` for the time; outside the main thread nothing changes, as Python has it."""
-    try:
-        before = signal.signal(signal.SIGINT, lambda *_: cancel())
-    except ValueError:
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)

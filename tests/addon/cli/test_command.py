@@ -16,7 +16,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.cli.command import blender_command, main  # noqa: E402
-from occlusion_bake.core.base.errors import InputError  # noqa: E402
+from occlusion_bake.core.base.errors import Cancelled, InputError  # noqa: E402
 from occlusion_bake.core.base.version import version  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.finish.report import write_report  # noqa: E402
@@ -125,8 +125,10 @@ def test_one_that_cycles_would_not_bake_does_not_stop_the_others(bake: Any) -> N
     blender.plane("Speck", uv=((0.01, 0.01), (0.012, 0.01), (0.012, 0.012), (0.01, 0.012)))
     blender.plane("Floor", location=(0, 0, 1))
     run = bake("--objects", "Speck", "Floor", "--compare-cycles", "1")
-    assert run.status == 2 and run.complaint.startswith("1 of 2 images not compared; Speck: ")
+    assert run.status == 4 and run.complaint.startswith("1 of 2 images not compared; Speck: ")
     assert {"Speck_ao.png", "Floor_ao.png"} <= set(run.files)
+    (refusal,) = run.report["refused"]
+    assert refusal.startswith("Speck: ")
     speck, floor = run.report["objects"]
     assert "cycles" not in speck and floor["cycles"]["samples"] == 1
 
@@ -342,7 +344,7 @@ def test_one_that_cannot_be_baked_does_not_stop_the_others(bake: Any) -> None:
     blender.mesh("Empty", ((0, 0, 0),), ())
     named = ("Good", "Broken", "Bare and broken", "Hidden", "Empty", "Nobody", "Better")
     run = bake("--objects", *named)
-    assert run.status == 2
+    assert run.status == 4
     assert run.files == ["Better_ao.png", "Good_ao.png", "report.json"]
     assert run.complaint.startswith("5 of 7 objects could not be baked; ")
     report = run.report
@@ -383,6 +385,22 @@ def test_as_a_process_of_its_own(exported: Path, start: Any, tmp_path: Path, kin
     (picture,) = (tmp_path / "out").glob("*_ao.png")
     values = read_image(picture)[0]
     assert values.max() == 1.0  # a cube alone hides nothing of itself
+
+
+def test_a_name_that_is_not_utf8_is_read_and_cannot_be_written(bake: Any, tmp_path: Path) -> None:
+    odd = b"caf\xe9".decode(errors="surrogateescape")
+    try:
+        (tmp_path / odd).mkdir()
+    except (OSError, UnicodeEncodeError):
+        pytest.skip("the file system takes UTF-8 alone")
+    blender.bare_cube("Bare")
+    file = tmp_path / odd / f"{odd}.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(file))
+    for words in (("--output", "//"), ("--report", f"{odd}.json"), ("--coverage", "//c.png"), ("--objects", odd)):
+        run = bake(*words, file=file)
+        assert run.status == 2 and "caf\\udce9" in run.complaint and "not UTF-8" in run.complaint and not run.files
+    run = bake(file=file)
+    assert (run.status, run.err, run.files) == (0, "", ["Bare_ao.png", "caf__charts.blend", "report.json"])
 
 
 @pytest.mark.parametrize("kind", ["blend", "obj", "glb", "gltf", "ply", "stl"])
@@ -636,22 +654,62 @@ def test_a_full_disk_for_the_charts(bake: Any, tiny_disk: Path) -> None:
 # Cancelled
 
 
-def test_ctrl_c_leaves_everything_as_it_was(start: Any, tmp_path: Path) -> None:
+STOPS = ["SIGINT", "SIGTERM", "SIGHUP"]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends signals")
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_stop_leaves_everything_as_it_was(start: Any, tmp_path: Path, stop: str) -> None:
+    """Also in the temporary folder, where Blender and we have been."""
+    (tmp_path / "temporary").mkdir()
     floor_and_wall()
     bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
     (tmp_path / "Floor_ao.png").write_bytes(b"an older bake")
     (tmp_path / "report.json").write_bytes(b"an older report")
     before = contents(tmp_path)
     words = ("--objects", "Floor", "--rays", "1000000", "--output", ".", "--report", "report.json")
-    child = start("scene.blend", *words)
+    child = start("scene.blend", *words, environment={"TMPDIR": str(tmp_path / "temporary")})
     for line in child.stdout:
         if "tracing" in line:
             break
-    child.send_signal(signal.SIGINT)
+    assert [path.name[:8] for path in (tmp_path / "temporary").iterdir()] == ["blender_"]
+    child.send_signal(signal.Signals[stop])
     _, err = child.communicate(timeout=30)
     assert child.returncode == 3
     assert err == "occlusion_bake: cancelled\n"
-    assert contents(tmp_path) == before
+    assert contents(tmp_path) == before and not list((tmp_path / "temporary").iterdir())
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends signals")
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_stop_while_the_file_is_read(bake: Any, monkeypatch: pytest.MonkeyPatch, stop: str) -> None:
+    from occlusion_bake.addon.cli import command
+
+    before = [signal.getsignal(each) for each in signal.valid_signals()]
+    monkeypatch.setattr(command, "load", lambda _: os.kill(os.getpid(), signal.Signals[stop]))
+    run = bake(file="scene.blend")
+    assert (run.status, run.complaint, run.files) == (3, "cancelled", [])
+    assert [signal.getsignal(each) for each in signal.valid_signals()] == before
+
+
+def test_a_cancel_stays_one_where_what_is_done_cannot_be_saved(bake: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    from occlusion_bake.addon.cli import command
+
+    def cancelled(entry: Any) -> str:
+        if entry["name"] == "Second":
+            raise Cancelled
+        return "done"
+
+    def unsaved(*_: Any) -> None:
+        raise InputError("scene_charts.blend: there is no room")
+
+    monkeypatch.setattr(command, "_summary", cancelled)
+    monkeypatch.setattr(command, "_save_copy", unsaved)
+    for place, name in enumerate(("First", "Second")):
+        blender.bare_cube(name, location=(9 * place, 0, 0))
+    run = bake("--objects", "First", "Second")
+    assert run.status == 3
+    assert run.err == "occlusion_bake: scene_charts.blend: there is no room\nocclusion_bake: cancelled\n"
 
 
 def test_ctrl_c_before_the_bake(tmp_path: Path, capfd: Any, monkeypatch: pytest.MonkeyPatch) -> None:

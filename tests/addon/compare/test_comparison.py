@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.chart_job import CHARTS  # noqa: E402
 from occlusion_bake.addon.compare.comparison import Compared, compare_with_cycles  # noqa: E402
+from occlusion_bake.addon.compare.steps import _wait_for  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, bake_steps  # noqa: E402
 from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
@@ -79,6 +81,12 @@ def test_texels_that_cycles_gives_to_another_triangle_are_counted(tmp_path: Path
     bpy.data.objects.remove(bpy.data.objects["Two"])
     differing = other_owners(tmp_path / "picture.png", column=16.5005)
     assert differing - agreed == pytest.approx(32, abs=4)  # but for the ends, where the diagonals are
+
+
+def test_the_comparisons_own_blender_leaves_nothing_in_the_temporary_folder(tmp_path: Path) -> None:
+    where = "import tempfile; print('occlusion_bake: ' + tempfile.gettempdir()); raise SystemExit(2)"
+    with pytest.raises(InputError, match=f": {tmp_path}$"):
+        _wait_for([sys.executable, "-c", where], tmp_path / "log", Progress())
 
 
 def test_no_texel_in_common(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from occlusion_bake.addon.job.runner import Runner, Steps, run
+from occlusion_bake.addon.job.stop_signals import STOPPING, interrupted_by
 from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.progress import Progress
 
@@ -137,6 +138,28 @@ def test_a_handler_that_is_not_pythons(monkeypatch: pytest.MonkeyPatch) -> None:
         run((each for each in [lambda: None]), Progress())
     finally:
         set_handler(signal.SIGINT, before)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends the process there")
+@pytest.mark.parametrize("at_once", [True, False])
+def test_what_may_not_be_interrupted_is_brought_to_its_end(at_once: bool) -> None:
+    """Imports of modules in C swallow an exception within them, or crash of it."""
+    ended = []
+    with pytest.raises(KeyboardInterrupt), interrupted_by(STOPPING, at_once=at_once):
+        os.kill(os.getpid(), signal.SIGTERM)
+        ended.append(True)
+    assert ended == [True] * (not at_once)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="os.kill ends the process there")
+def test_what_is_ignored_stays_so() -> None:
+    """As nohup has it."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with interrupted_by(STOPPING):
+            os.kill(os.getpid(), signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 def test_outside_the_main_thread_it_runs_too() -> None:
