@@ -9,8 +9,10 @@ import numpy as np
 
 from ...core.base.arrays import Floats
 from ..materials.cutouts import MaterialOpacities
+from ..materials.displacement import MaterialDisplacements
 from ..materials.image_pixels import ImagePixels
 from ..materials.normal_maps import MaterialNormalMaps
+from ..read.displacement import lines_on_subdivision
 from ..typed import mesh_of
 
 
@@ -38,6 +40,7 @@ def reasons_to_differ(
     lines += of_this_bake
     pixels = ImagePixels()
     lines += _of_normals(surfaces, MaterialNormalMaps(pixels=pixels), normal_maps=normal_maps)
+    lines += _of_displacement([*surfaces, *occluders])
     opacities = MaterialOpacities(pixels=pixels)
     for material in _materials(occluders):
         opacities.of(material, lines)
@@ -62,6 +65,17 @@ def _of_normals(
     if any(found) and not normal_maps:
         lines += ["Normals: Cycles follows the normal map of the material; switch Normal Maps on to bake by it"]
     return lines
+
+
+def _of_displacement(objects: Collection[bpy.types.Object]) -> list[str]:
+    """On what Cycles displaces otherwise."""
+    lines: list[str] = []
+    found = MaterialDisplacements()
+    for obj in objects:
+        movers = [mover for mover in found.movers(obj) if mover is not None]
+        lines += lines_on_subdivision(obj.name, obj, bpy.context.scene) if movers else []
+        lines += [line for mover in movers for line in mover.lines(obj.name)]
+    return list(dict.fromkeys(lines))
 
 
 def _materials(objects: Collection[bpy.types.Object]) -> Iterator[bpy.types.Material]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,6 +49,19 @@ def socket_source(socket: Any, path: Path) -> SocketSource:
             path = path[:-1]
         else:
             return SocketSource(home, node, output, path)
+
+
+def sources_behind(socket: Any) -> Iterator[SocketSource]:
+    """The outputs of nodes that feed an input of a material's own tree, the nearest first, and all that feed those."""
+    waiting, seen = [socket_source(socket, ())], set()
+    while waiting:
+        source = waiting.pop(0)
+        key = () if source.node is None else (source.output.as_pointer(), *(each.as_pointer() for each in source.path))
+        if not key or key in seen:
+            continue
+        seen.add(key)
+        yield source
+        waiting += [socket_source(each, source.path) for each in source.node.inputs]
 
 
 def _through(node: Any, output: Any) -> Any:

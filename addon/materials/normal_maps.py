@@ -12,6 +12,7 @@ import numpy as np
 from ...core.base.arrays import Floats, Ints
 from ...core.scene.image_texture import ImageTexture
 from ...core.scene.normal_map import PLAIN, NormalMap, NormalMapLayer
+from .displacement import displacement_of
 from .image_pixels import ImagePixels, Unreadable
 from .material_cache import MaterialCache
 from .mesh_layers import materials_of, places_of, slots_of, tangents_of, uv_map
@@ -21,6 +22,7 @@ from .texel_values import Lookup
 
 WHAT = "normal maps"
 _CURE = "link an Image Texture to a Normal Map node, and that to the shaders"
+_BUMP_CURE = "set its Settings > Surface > Displacement to Displacement Only, or bake the bump into a normal map"
 _FLAT = np.array((0.5, 0.5, 1.0), dtype=np.float32)  # the colour that turns nothing
 
 
@@ -70,6 +72,7 @@ def material_normal_map(material: bpy.types.Material, pixels: ImagePixels) -> Ma
         raise Unreadable("not the same in all of its shaders")
     source = next(iter(sources.values()), None)
     if source is None or source.node is None:
+        _check_bump(material)
         return None
     node = source.node
     if node.type != "NORMAL_MAP":
@@ -87,6 +90,14 @@ def material_normal_map(material: bpy.types.Material, pixels: ImagePixels) -> Ma
         colours = np.stack([colours[..., 0], 1.0 - colours[..., 1], colours[..., 2]], axis=-1)
     texture = ImageTexture(np.ascontiguousarray(colours, dtype=np.float32), *texels.sampling)
     return MaterialNormalMap(texture, texels.lookup, node.uv_map, max(float(strength.home.default_value), 0.0))
+
+
+def _check_bump(material: bpy.types.Material) -> None:
+    """Raises Unread for a displacement that turns the normals of shaders that have no others."""
+    displacement = displacement_of(material)
+    if displacement is not None and displacement.bumps:
+        which = "a part of its displacement" if displacement.moves else "its displacement"
+        raise Unreadable(f"{which} is bump, which is not read", _BUMP_CURE, whole=True)
 
 
 def normal_map_of(

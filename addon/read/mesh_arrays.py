@@ -70,13 +70,22 @@ def _normals(mesh: bpy.types.Mesh, vertices: Floats, triangles: Ints, corners: I
     if mesh.normals_domain == "FACE":
         return None
     normals = values_of(mesh.corner_normals, "vector", len(mesh.loops), 3)[corners]
-    if mesh.normals_domain == "CORNER" and bpy.app.version < (5, 2) and not mesh.has_custom_normals:
-        flat = _flat(mesh)
-        normals[flat] = _face_normals(vertices, triangles[flat])[:, np.newaxis]
+    if mesh.normals_domain == "CORNER" and bpy.app.version < (5, 2):
+        flatten(mesh, normals, vertices, triangles)
     return normals
 
 
-def _flat(mesh: bpy.types.Mesh) -> Flags:
+def flatten(mesh: bpy.types.Mesh, normals: Floats, vertices: Floats, triangles: Ints) -> None:
+    """Give triangles of flat-shaded polygons their own normal; a mesh with custom normals has none up to Blender 5.1.
+
+    normals: (T, 3, 3), changed in place.
+    """
+    if not (mesh.has_custom_normals and bpy.app.version < (5, 2)):
+        flat = flat_triangles(mesh)
+        normals[flat] = _face_normals(vertices, triangles[flat])[:, np.newaxis]
+
+
+def flat_triangles(mesh: bpy.types.Mesh) -> Flags:
     """(T,) bool: triangles of flat-shaded polygons."""
     sharp: Any = mesh.attributes.get("sharp_face")
     if sharp is None:

@@ -16,13 +16,15 @@ from ...core.scene.ground_plane import ground_below
 from ...core.scene.normal_map import NormalMap
 from ...core.scene.scene import Camera, HighPoly, Instance, Mesh, Scene
 from ..materials.cutouts import MaterialOpacities, cutout_of
+from ..materials.displacement import MaterialDisplacements
 from ..materials.image_pixels import ImagePixels
 from ..materials.mesh_layers import materials_of
 from ..materials.normal_maps import MaterialNormalMaps, normal_map_of
-from ..typed import mesh_of, uid_of
+from ..typed import mesh_of, scene_in, uid_of
 from .blender_state import synced
 from .block_ref import BlockRef, find, labels_of
 from .depsgraph import evaluated
+from .displacement import MeshKey, Undisplaced, copied, displaced_meshes, lines_on_subdivision
 from .high_low_pairs import HighMeshes
 from .mesh_arrays import corners_of, polygons_of, read_shape, read_surface
 from .occluder_filter import EVERYTHING, OccluderFilter
@@ -55,9 +57,12 @@ def read_scene(
     tangents.
     """
     wanted = _Wanted(view_layer, request)
-    found: list[tuple[Scene, list[str]]] = []
-    evaluated(context, view_layer, lambda depsgraph: found.append(_read(depsgraph, wanted)))
-    return found[0]
+    read: list[_Found] = []
+    evaluated(context, view_layer, lambda depsgraph: read.append(_read(depsgraph, wanted)))
+    (found,) = read
+    moved, lines = displaced_meshes(scene_in(context), found.undisplaced, found.meshes)
+    found.meshes.update(moved)
+    return _assembled(wanted, found), found.warnings + lines
 
 
 class _Wanted:
@@ -106,16 +111,17 @@ def _target_object(view_layer: bpy.types.ViewLayer, ref: BlockRef) -> bpy.types.
     return obj
 
 
-# Label, address of the evaluated mesh, matrix, the label of whom it belongs to, what of it lets light through.
-_Entry = tuple[str, int, Doubles, str, Cutout | None]
+# Label, mesh, matrix, the label of whom it belongs to, what of it lets light through.
+_Entry = tuple[str, MeshKey, Doubles, str, Cutout | None]
 
 
 class _Materials:
-    """What materials say of opacity and normals, each followed once."""
+    """What materials say of opacity, normals and shape, each followed once."""
 
     def __init__(self, override: bpy.types.Material | None) -> None:
         pixels = ImagePixels()
         self.opacities, self.normal_maps = MaterialOpacities(override, pixels), MaterialNormalMaps(override, pixels)
+        self.displacements = MaterialDisplacements(override)
         self.cutouts: dict[tuple[int, ...], Cutout | None] = {}  # by the addresses of mesh and materials
 
 
@@ -125,7 +131,10 @@ class _Found:
 
     materials: _Materials
     lines: list[str] = field(default_factory=list)  # on materials that are not read as they are
-    meshes: dict[int, bpy.types.Mesh] = field(default_factory=dict)  # by address, as are the others
+    seen: dict[MeshKey, tuple[str, bpy.types.Mesh, Doubles]] = field(default_factory=dict)  # by the first that has it
+    meshes: dict[MeshKey, Mesh] = field(default_factory=dict)
+    undisplaced: dict[MeshKey, Undisplaced] = field(default_factory=dict)
+    camera: Camera | None = None
     standing: list[_Entry] = field(default_factory=list)  # what blocks light, but for the request
     occluders: list[_Entry] = field(default_factory=list)
     private: set[str] = field(default_factory=set)  # labels of occluders that are so for being baked alone
@@ -142,19 +151,29 @@ class _Found:
         ]
 
 
-def _read(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> tuple[Scene, list[str]]:
+def _read(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
+    """All that is needed of the depsgraph."""
     request, found = wanted.request, _walk(depsgraph, wanted)
     for obj in wanted.surfaces:
         if obj.as_pointer() not in found.targets:
             raise InputError(_absence(obj, wanted.labels[obj.session_uid]))
     baked = {found.targets[obj.as_pointer()][1] for obj in wanted.targets}
     chosen = {key: name for name, key, *_ in found.targets.values()}
-    meshes = {
+    found.meshes = {
         key: read_surface(mesh, chosen[key], request.uv, unwrapped=key in baked, tangents=request.tangents)
         if key in chosen
         else read_shape(mesh)
-        for key, mesh in found.meshes.items()
+        for key, (_, mesh, _) in found.seen.items()
     }
+    found.camera = _camera(depsgraph)
+    for key, (owner, mesh, matrix) in found.seen.items():
+        if key[1] and len(found.meshes[key].triangles):
+            found.undisplaced[key] = Undisplaced(owner, copied(mesh), matrix, key[1], shaded=key in chosen)
+    return found
+
+
+def _assembled(wanted: _Wanted, found: _Found) -> Scene:
+    request, meshes = wanted.request, found.meshes
 
     def instance_of(obj: bpy.types.Object) -> Instance:
         address = obj.as_pointer()
@@ -170,10 +189,10 @@ def _read(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> tuple[Scene, list[
     occluders = [_instance(entry, meshes) for entry in found.occluders if len(meshes[entry[1]].triangles)]
     if request.occluding.ground:
         occluders.append(ground_below([_instance(entry, meshes) for entry in found.standing or found.targets.values()]))
-    return Scene(targets, occluders, _camera(depsgraph), found.private, highs), found.warnings
+    return Scene(targets, occluders, found.camera, found.private, highs)
 
 
-def _cage(wanted: _Wanted, target: BlockRef, found: _Found, meshes: dict[int, Mesh]) -> Instance | None:
+def _cage(wanted: _Wanted, target: BlockRef, found: _Found, meshes: Mapping[MeshKey, Mesh]) -> Instance | None:
     """A cage as it renders; one that does not, as cages often do not, as its mesh is before modifiers."""
     obj = wanted.cages.get(target)
     if obj is None:
@@ -192,7 +211,7 @@ def _absence(obj: bpy.types.Object, label: str) -> str:
     return f"{label}: no mesh of its own in the render; see its modifiers, and whether its collections are enabled"
 
 
-def _instance(entry: _Entry, meshes: dict[int, Mesh]) -> Instance:
+def _instance(entry: _Entry, meshes: Mapping[MeshKey, Mesh]) -> Instance:
     name, key, matrix, owner, cutout = entry
     return Instance(name, meshes[key], matrix, owner, cutout)
 
@@ -200,6 +219,7 @@ def _instance(entry: _Entry, meshes: dict[int, Mesh]) -> Instance:
 def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
     """Visit every object as Cycles' sync does. Curves, text and metaballs come twice, once as the mesh they make."""
     targets, mapped, occluding = wanted.addresses, wanted.mapped, wanted.request.occluding
+    displaced = {obj.as_pointer() for obj in wanted.surfaces}  # a cage is as it was made
     view_layer: Any = depsgraph.view_layer_eval
     found = _Found(_Materials(view_layer.material_override))
     instances: Any = depsgraph.object_instances
@@ -214,8 +234,12 @@ def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
             found.unread[label] = what
         if not instance.show_self or not isinstance(data, bpy.types.Mesh):
             continue
-        key, matrix = data.as_pointer(), matrix_of(instance.matrix_world)
-        found.meshes.setdefault(key, data)
+        matrix = matrix_of(instance.matrix_world)
+        moves = casts or standing or address in displaced
+        key = (data.as_pointer(), found.materials.displacements.movers(obj) if moves else ())
+        if key not in found.seen:
+            found.seen[key] = (label, data, matrix)
+            found.lines += lines_on_subdivision(label, obj, depsgraph.scene) if key[1] else []
         name = f"{owner_label}/{label}" if instance.is_instance else label
         if standing:
             found.standing.append((name, key, matrix, owner_label, None))

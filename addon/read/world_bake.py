@@ -22,6 +22,7 @@ from ..operator_errors import cause_of
 from ..typed import mesh_of, pixels_in
 from .bake_operator import INTO_IMAGE, with_texture
 from .blender_state import bake_override, passing_object, silenced
+from .cycles_scene import passing_scene
 from .world_nodes import show_to_surfaces
 
 _NAME = "Occlusion Bake"
@@ -29,26 +30,15 @@ _SAMPLES = 4  # of each point of a square
 
 
 @contextmanager
-def passing_scene(scene: bpy.types.Scene, world: bpy.types.World) -> Iterator[bpy.types.Scene]:
+def world_scene(scene: bpy.types.Scene, world: bpy.types.World) -> Iterator[bpy.types.Scene]:
     """A scene without objects at the same frame, with a copy of the World as surfaces see it, for the time.
 
     Raises InputError where Cycles is not enabled.
     """
     with ExitStack() as stack:
-        passing: Any = bpy.data.scenes.new(_NAME)
-        stack.callback(bpy.data.scenes.remove, passing)
+        passing: Any = stack.enter_context(passing_scene(scene, f"{world.name}:", _SAMPLES))
         passing.world = world.copy()
         stack.callback(bpy.data.worlds.remove, passing.world)
-        try:
-            passing.render.engine = "CYCLES"
-        except TypeError as error:
-            raise InputError(
-                f"{world.name}: cannot be read without Cycles; enable Cycles in Preferences > Add-ons"
-            ) from error
-        passing.frame_current, passing.frame_subframe = scene.frame_current, scene.frame_subframe
-        passing.cycles.samples, passing.cycles.use_adaptive_sampling = _SAMPLES, False
-        cycles: Any = scene.cycles
-        passing.cycles.shading_system = cycles.shading_system  # nodes may be scripts
         passing.world.cycles.sampling_method = "NONE"  # nothing is lit by it
         show_to_surfaces(stack, passing.world)
         yield passing

@@ -15,7 +15,7 @@ from ...core.base.arrays import Floats
 from ...core.base.errors import InputError
 from ...core.spherical.environment import Environment, from_equirectangular, from_octahedral
 from ...core.spherical.octahedral_map import middles, on_octahedron
-from .world_bake import light_of_squares, passing_scene
+from .world_bake import light_of_squares, world_scene
 from .world_image import check_finite, pixels_of, plain_image
 from .world_nodes import check_images
 
@@ -51,7 +51,7 @@ def _from_image(world: bpy.types.World, size: int) -> Environment | None:
 def _from_cycles(scene: bpy.types.Scene, world: bpy.types.World, size: int) -> Environment:
     check_images(world)
     side = min(max(4 * size, _LEAST), _MOST)
-    with passing_scene(scene, world) as passing:
+    with world_scene(scene, world) as passing:
         quarters = light_of_squares(passing, np.array([(-1.0, -1.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 0.0)]), side // 2)
         radiance = quarters.reshape(2, 2, side // 2, side // 2, 3).swapaxes(1, 2).reshape(side, side, 3)
         _look_closer(passing, radiance)

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 bpy = pytest.importorskip("bpy")
 pytest.importorskip("OpenImageIO")
 
-from occlusion_bake.addon.read.world_bake import light_of_squares, passing_scene  # noqa: E402
+from occlusion_bake.addon.read.world_bake import light_of_squares, world_scene  # noqa: E402
 from occlusion_bake.addon.read.world_image import plain_image  # noqa: E402
 from occlusion_bake.addon.read.world_reader import read_world  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
@@ -123,7 +123,7 @@ def test_the_disc_of_a_sun_keeps_its_energy(sky: Sky) -> None:
     middle = middles(SIZE).reshape(-1, 2)[whole.luminance.argmax()]
     width = 1.5 / SIZE
     corner = middle - width
-    with passing_scene(bpy.context.scene, sky.world) as passing:
+    with world_scene(bpy.context.scene, sky.world) as passing:
         seen = light_of_squares(passing, corner[np.newaxis], 512, 2 * width)[0]
     points = corner + (middles(512) + 1.0) * width
     angles = np.abs(directions(points)).sum(axis=-1) ** 3 * (2 * width / 512) ** 2
