@@ -32,6 +32,7 @@ _NAME = "Occlusion Bake"
 _APART = 1e-2  # of the farthest move: by more than that, corners of one vertex have come apart
 _NUDGE = 1e-4  # of the largest coordinate, or of 1: so far inside of a triangle Cycles looks at its corners, at most in
 # its middle (its kernel/integrator/init_from_bake.h)
+_SLIM = 1e-3  # the height of a triangle that is hardly one, in the lengths of its edges
 _ROUNDS, _SURE = 4, 0.25  # of taking that back, and up to which share of the way to the middle that is sure
 
 MeshKey = tuple[int, Movers]  # of an evaluated mesh, its address, and what moves it
@@ -131,7 +132,7 @@ def _displaced(scene: bpy.types.Scene, each: Undisplaced, mesh: Mesh) -> Mesh:
         stack.enter_context(silenced("object_bake_pre", "object_bake_complete", "object_bake_cancel"))
         passing = stack.enter_context(passing_scene(scene, f"{each.owner}: its displacement by {_names(each)}", 1))
         obj = stack.enter_context(_object(passing, each, frame))
-        stack.enter_context(_materials(obj, each.movers, frame.factor))
+        stack.enter_context(_materials(each.mesh, each.movers, frame.factor))
         there = _of_corners(passing, obj, each, "POSITION") - frame.matrix[:3, 3]
         shading = 2.0 * _of_corners(passing, obj, each, "NORMAL") - 1.0 if each.shaded else None
     moved = _moved(each.mesh, mesh, rest, np.asarray(there @ np.linalg.inv(linear).T, dtype=np.float64), frame)
@@ -153,8 +154,9 @@ def _moved(mesh: bpy.types.Mesh, shape: Mesh, rest: Floats, seen: Doubles, frame
     own, sure = _unnudged(seen, still, corners)
     moves = (own - still) / frame.factor
     by_vertex = np.zeros((len(rest), 3))
-    by_vertex[vertex_of[::-1]] = moves[::-1]  # the first corner counts
-    rounding = 4.0 * np.finfo(np.float32).eps * np.abs(seen).max(initial=0.0) / frame.factor
+    for those in (slice(None), sure):  # the first corner counts, of the sure ones where there are any
+        by_vertex[vertex_of[those][::-1]] = moves[those][::-1]
+    rounding = 32.0 * np.finfo(np.float32).eps * np.abs(seen).max(initial=0.0) / frame.factor
     apart = np.abs(moves - by_vertex[vertex_of])[sure].max(initial=0.0)
     if apart <= _APART * np.abs(moves).max(initial=0.0) + rounding:
         return replace(shape, vertices=(rest + by_vertex).astype(np.float32))
@@ -166,7 +168,7 @@ def _unnudged(seen: Doubles, start: Doubles, corners: Ints) -> tuple[Doubles, Fl
 
     What is seen off because of the nudge is taken back, again and again, from where the corners were. The more of the
     way to the middle of its triangle a corner is nudged, the less can be told of it alone: at last it moves as the
-    triangle does.
+    triangle does. In a triangle without area Cycles looks anywhere.
     """
     triangle_of = np.zeros(len(seen), dtype=np.int64)
     triangle_of[corners[::-1].reshape(-1)] = np.repeat(np.arange(len(corners))[::-1], 3)  # the first one is looked at
@@ -177,7 +179,10 @@ def _unnudged(seen: Doubles, start: Doubles, corners: Ints) -> tuple[Doubles, Fl
         share = np.minimum(_NUDGE * np.maximum(np.abs(own).max(axis=1), 1.0) / reach, 1.0)[:, np.newaxis]
         own = own + (1.0 if turn == 0 else 1.0 - share) * (seen - own - share * inwards)
         sure &= share[:, 0] < _SURE
-    return own, sure
+    a, b, c = (own[corners[:, corner]] for corner in range(3))
+    long = np.maximum(((b - a) ** 2).sum(axis=1), ((c - a) ** 2).sum(axis=1))
+    wide = np.linalg.norm(np.cross(b - a, c - a), axis=1) > _SLIM * long
+    return own, sure & wide[triangle_of]
 
 
 def _normals(mesh: bpy.types.Mesh, moved: Mesh, shading: Doubles) -> Floats | None:
@@ -245,18 +250,19 @@ def _put_into(frame: _Frame, obj: bpy.types.Object, mesh: Any) -> None:
 
 
 @contextmanager
-def _materials(obj: bpy.types.Object, movers: Movers, factor: float) -> Iterator[None]:
-    """Copies of the materials that displace in the object's slots, for the time."""
+def _materials(mesh: Any, movers: Movers, factor: float) -> Iterator[None]:
+    """Copies of the materials that displace in the mesh's slots, for the time."""
     with ExitStack() as stack:
-        copies: dict[MaterialDisplacement, bpy.types.Material] = {}
-        mesh: Any = obj.data
-        while len(mesh.materials) < len(movers):
-            mesh.materials.append(None)
-        for slot, mover in zip_longest(obj.material_slots, movers):
+        copies: dict[MaterialDisplacement | None, bpy.types.Material | None] = {None: None}
+        for mover in movers:
             if mover is not None and mover not in copies:
-                copies[mover] = _bare(mover.material, factor)
-                stack.callback(bpy.data.materials.remove, copies[mover])
-            slot.link, slot.material = "OBJECT", None if mover is None else copies[mover]
+                copies[mover] = copy = _bare(mover.material, factor)
+                stack.callback(bpy.data.materials.remove, copy)
+        for slot, mover in zip_longest(range(len(mesh.materials)), movers):
+            if slot is None:
+                mesh.materials.append(copies[mover])
+            else:
+                mesh.materials[slot] = copies[mover]
         yield
 
 

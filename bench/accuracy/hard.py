@@ -57,9 +57,9 @@ def _row(case: Case) -> dict[str, Any]:
     """Ours as the button bakes it, from Blender's file."""
     judged = judge(case)
     right = judged.right if case.twin is None else converged_twin(case, MANY_RAYS)
-    name = open_scene(in_one_image(case.build(), case.tiles))
+    name = open_scene(in_one_image(case.build(), case.tiles), displaced=case.displaced)
     cycles = bake_ao(bpy.context, bpy.data.objects[name], CyclesSettings(case.size, RAYS, case.distance, THREADS, 0))
-    name = open_scene(case.build())
+    name = open_scene(case.build(), displaced=case.displaced)
     results = bake_here([name], replace(settings_of(case), goal=Goal(RAYS), maps=(AMBIENT,))).results
     baked = together([part for _, part in results], case.tiles)
     ours = baked.maps["ao"]

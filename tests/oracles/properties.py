@@ -27,7 +27,18 @@ from ...core.scene.scene import Camera, Instance, Mesh, Scene
 from ...core.scene.world_mesh import bounds_of
 from ...core.settings import Settings
 from ...core.texels.rasterize import owners_by_centre, rasterize
-from .wild_bakes import UVS, WildBake, WildMap, WildMesh, WildObject, rotation, tame_bakes, tame_objects, wild_bakes
+from .wild_bakes import (
+    MATRICES,
+    UVS,
+    WildBake,
+    WildMap,
+    WildMesh,
+    WildObject,
+    rotation,
+    tame_bakes,
+    tame_objects,
+    wild_bakes,
+)
 
 # What a refusal may begin with: the target's name, or a setting's.
 SUBJECTS = (
@@ -418,6 +429,21 @@ def charts_are_sound(case: WildMesh, width: int, height: int) -> None:
     assert abs(float(np.sum(texels.coverage, dtype=np.float64)) / 256**2 - area.sum()) <= 1e-3  # nothing overlaps
 
 
+def a_constant_displacement_moves_vertices_along_their_normals(
+    wild: WildMesh, matrix: str, height: float, smooth: bool
+) -> None:
+    """As a material has it in Blender, read by the add-on, whatever the mesh and its object's matrix."""
+    from .displaced import displaced  # of all properties this one alone needs Blender
+
+    mesh = wild.build("target")
+    expected, found = displaced(mesh, MATRICES[matrix], height * float(np.ptp(mesh.vertices)), smooth=smooth)
+    size = float(np.abs(expected).max()) + abs(height) * float(np.ptp(mesh.vertices))
+    used = np.unique(mesh.triangles)
+    np.testing.assert_allclose(
+        found[used], expected[used], atol=5e-5 * size
+    )  # Cycles' normals have 16 bits from 5.2 on
+
+
 _SEEDS = st.integers(0, 999_999)
 _SIDES = st.sampled_from([1, 2, 3, 5, 8, 17, 32, 64])
 _texels = st.builds(
@@ -433,6 +459,13 @@ _images = st.builds(
 )
 _KINDS = [(name, depth) for name, each in FORMATS.items() for depth in each.encodings]
 _finite_images = st.builds(WildImage, _SIDES, _SIDES, _SEEDS, st.sampled_from([0.0, 0.02, 0.3, 1.0]))
+_moving = st.builds(
+    WildMesh,
+    st.sampled_from(["soup", "grid", "box", "fan"]),
+    st.integers(1, 24),
+    _SEEDS,
+    st.lists(st.sampled_from(["needle", "large", "small", "doubled", "no area"]), max_size=1).map(tuple),
+)
 _within = tame_bakes.filter(lambda case: case.distance is not None)
 _meshes = st.builds(
     WildMesh,
@@ -564,6 +597,13 @@ PROPERTIES: dict[str, Property] = {
             (_meshes, st.sampled_from([64, 256]), st.sampled_from([64, 128])),
             4,
             60,
+        ),
+        Property(
+            "a material's constant displacement moves each vertex along its normal, as the mesh so moved",
+            a_constant_displacement_moves_vertices_along_their_normals,
+            (_moving, st.sampled_from([*MATRICES][:6]), st.floats(-0.5, 0.5), st.booleans()),
+            6,
+            200,
         ),
     )
 }

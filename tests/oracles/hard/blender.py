@@ -8,18 +8,21 @@ import bpy
 import numpy as np
 from mathutils import Matrix
 
-from ....addon.typed import scene_in
+from ....addon.typed import Tree, scene_in
 from ....core.scene.scene import Instance, Mesh, Scene
+from ..blender import material
 
 
-def open_scene(scene: Scene) -> str:
-    """Replace the open file by the scene's occluders and return the first target's name."""
+def open_scene(scene: Scene, *, displaced: bool = False) -> str:
+    """Replace the open file by the scene's occluders and return the first target's name. displaced: as of a Case."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     made: dict[int, bpy.types.Mesh] = {}
     for instance in scene.occluders:
         key = id(instance.mesh)
         if key not in made:
             made[key] = _mesh(instance.mesh)
+            if displaced:
+                _flatten(made[key])
         _object(instance, made[key])
     return scene.targets[0].name
 
@@ -44,3 +47,19 @@ def _mesh(mesh: Mesh) -> bpy.types.Mesh:
         free.data.foreach_set("vector", np.ascontiguousarray(mesh.normals).reshape(-1))
     made.update()
     return made
+
+
+def _flatten(mesh: bpy.types.Mesh) -> None:
+    """Lay a mesh flat, and let a material displace it to its heights."""
+    heights = cast("bpy.types.FloatAttribute", mesh.attributes.new("height", "FLOAT", "POINT"))
+    for vertex, height in zip(mesh.vertices, heights.data, strict=True):
+        height.value, vertex.co.z = vertex.co.z, 0.0
+    made = material("Displaced")
+    made.displacement_method = "DISPLACEMENT"
+    tree: Tree = made.node_tree
+    attribute, displacement = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("Attribute", "Displacement"))
+    attribute.attribute_name = "height"
+    displacement.inputs["Midlevel"].default_value, displacement.inputs["Scale"].default_value = 0.0, 1.0
+    tree.links.new(attribute.outputs["Fac"], displacement.inputs["Height"])
+    tree.links.new(displacement.outputs[0], tree.get_output_node("CYCLES").inputs["Displacement"])
+    mesh.materials.append(made)

@@ -87,7 +87,8 @@ class Case:
     without the trouble; from_twin carries its image to ours. bits: the twin must agree to the last bit, seed by seed.
     tiles: of a UDIM layout, put together in an image of the size. slack: what tessellation, or one value for a whole
     texel, may add; mean_slack the same for the mean.
-    extra: more that must hold of the mean image, as a list of complaints.
+    extra: more that must hold of the mean image, as a list of complaints. displaced: in Blender's file its meshes lie
+    flat in z = 0, and their materials displace them to their heights.
     """
 
     name: str
@@ -107,6 +108,7 @@ class Case:
     mean_slack: float = 0.0
     warns: str = ""
     extra: Callable[[Judged], list[str]] | None = None
+    displaced: bool = False
 
 
 @dataclass(frozen=True, eq=False)

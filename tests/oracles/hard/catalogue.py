@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from . import charts, faces, normals, sizes
+from . import charts, faces, heights, normals, sizes
 
-CASES = (*faces.CASES, *sizes.CASES, *normals.CASES, *charts.CASES)
+CASES = (*faces.CASES, *sizes.CASES, *normals.CASES, *charts.CASES, *heights.CASES)
