@@ -9,7 +9,7 @@ import numpy as np
 
 from ...core.base.arrays import Floats
 from ..materials.cutouts import MaterialOpacities
-from ..materials.displacement import MaterialDisplacements
+from ..materials.displacement import MaterialDisplacements, lines_on_movers
 from ..materials.image_pixels import ImagePixels
 from ..materials.normal_maps import MaterialNormalMaps
 from ..read.displacement import lines_on_subdivision
@@ -69,13 +69,10 @@ def _of_normals(
 
 def _of_displacement(objects: Collection[bpy.types.Object]) -> list[str]:
     """On what Cycles displaces otherwise."""
-    lines: list[str] = []
     found = MaterialDisplacements()
-    for obj in objects:
-        movers = [mover for mover in found.movers(obj) if mover is not None]
-        lines += lines_on_subdivision(obj.name, obj, bpy.context.scene) if movers else []
-        lines += [line for mover in movers for line in mover.lines(obj.name)]
-    return list(dict.fromkeys(lines))
+    moved = {obj: movers for obj in objects if (movers := found.movers(obj))}
+    lines = lines_on_movers((obj.name, movers) for obj, movers in moved.items())
+    return lines + [line for obj in moved for line in lines_on_subdivision(obj.name, obj, bpy.context.scene)]
 
 
 def _materials(objects: Collection[bpy.types.Object]) -> Iterator[bpy.types.Material]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -48,15 +49,6 @@ class MaterialDisplacement:
     placed: bool
     unknown: str = ""
 
-    def lines(self, owner: str) -> list[str]:
-        """On what of it is not read, for an object that it displaces."""
-        if not self.moves or not self.unknown:
-            return []
-        return [
-            f"{owner}: {self.material.name} displaces it by {self.unknown}, which is not read as it is in the scene; "
-            "use an attribute or a UV map of the mesh in its place, or displace it by a modifier"
-        ]
-
 
 Movers = tuple[MaterialDisplacement | None, ...]  # of an object's slots, None where nothing moves
 
@@ -75,6 +67,17 @@ class MaterialDisplacements(MaterialCache[MaterialDisplacement | None]):
 
     def _read(self, material: bpy.types.Material, lines: list[str]) -> MaterialDisplacement | None:
         return displacement_of(material)
+
+
+def lines_on_movers(moved: Iterable[tuple[str, Movers]]) -> list[str]:
+    """On what of the materials is not read; each is told once, with the first object that it displaces."""
+    first = {mover: label for label, movers in reversed([*moved]) for mover in movers if mover is not None}
+    return [
+        f"{label}: {mover.material.name} displaces it by {mover.unknown}, which is not read as it is in the scene; use "
+        "an attribute or a UV map of the mesh in its place, or displace it by a modifier"
+        for mover, label in first.items()
+        if mover.unknown
+    ]
 
 
 def displacement_of(material: bpy.types.Material) -> MaterialDisplacement | None:

@@ -21,7 +21,7 @@ from mathutils import Matrix
 from ...core.base.arrays import Doubles, Flags, Floats, Ints
 from ...core.base.errors import InputError
 from ...core.scene.scene import Mesh
-from ..materials.displacement import MaterialDisplacement, Movers
+from ..materials.displacement import MaterialDisplacement, Movers, lines_on_movers
 from ..materials.mesh_layers import values_of
 from ..typed import Node, Tree
 from .blender_state import bake_override, silenced
@@ -81,11 +81,9 @@ def displaced_meshes(
     """Those of `meshes` that are waiting for it as they are displaced, and a line for each that is not, or not as it
     would be in the scene."""
     moved: dict[MeshKey, Mesh] = {}
-    lines: list[str] = []
+    lines = lines_on_movers((each.owner, each.movers) for each in waiting.values())
     try:
         for key, each in waiting.items():
-            for mover in dict.fromkeys(each.movers):
-                lines += [] if mover is None else mover.lines(each.owner)
             try:
                 moved[key] = _displaced(scene, each, meshes[key])
             except InputError as error:
@@ -102,8 +100,8 @@ def _names(each: Undisplaced) -> str:
 
 @dataclass(frozen=True)
 class _Frame:
-    """How a mesh stands before Cycles: moved by -centre, then grown by factor, then under matrix. Coordinates from -1
-    to 1 keep its nudge small beside the triangles."""
+    """How a mesh stands before Cycles: moved by -centre, then grown by factor, then under matrix. Coordinates of about
+    1, strays apart, keep its nudge small beside the triangles."""
 
     centre: Doubles
     factor: float
@@ -119,8 +117,9 @@ def _frame_of(each: Undisplaced, rest: Floats) -> _Frame:
     """The object's own where something depends on it, and it can be undone."""
     if any(mover is not None and mover.placed for mover in each.movers) and np.linalg.det(each.matrix[:3, :3]):
         return _Frame(np.zeros(3), 1.0, each.matrix)
-    low, high = rest.min(axis=0).astype(np.float64), rest.max(axis=0).astype(np.float64)
-    return _Frame(0.5 * (low + high), 2.0 / (float((high - low).max()) or 2.0), np.eye(4))
+    centre = np.median(rest.astype(np.float64), axis=0)
+    size = np.abs(rest - centre).max(axis=1)
+    return _Frame(centre, 0.5 / (float(np.median(size) or size.max()) or 0.5), np.eye(4))
 
 
 def _displaced(scene: bpy.types.Scene, each: Undisplaced, mesh: Mesh) -> Mesh:
@@ -156,9 +155,9 @@ def _moved(mesh: bpy.types.Mesh, shape: Mesh, rest: Floats, seen: Doubles, frame
     by_vertex = np.zeros((len(rest), 3))
     for those in (slice(None), sure):  # the first corner counts, of the sure ones where there are any
         by_vertex[vertex_of[those][::-1]] = moves[those][::-1]
-    rounding = 32.0 * np.finfo(np.float32).eps * np.abs(seen).max(initial=0.0) / frame.factor
-    apart = np.abs(moves - by_vertex[vertex_of])[sure].max(initial=0.0)
-    if apart <= _APART * np.abs(moves).max(initial=0.0) + rounding:
+    rounding = 32.0 * np.finfo(np.float32).eps * np.maximum(np.abs(seen), 1.0) / frame.factor
+    apart = np.abs(moves - by_vertex[vertex_of]) > _APART * np.abs(moves).max(initial=0.0) + rounding
+    if not apart[sure].any():
         return replace(shape, vertices=(rest + by_vertex).astype(np.float32))
     return replace(shape, vertices=(rest[vertex_of] + moves).astype(np.float32), triangles=corners)
 
@@ -203,7 +202,7 @@ def _of_corners(
     Raises InputError where it gives up."""
     try:
         with bake_override(bpy.context, obj, scene, scene.view_layers[0]):
-            bpy.ops.object.bake(
+            outcome = bpy.ops.object.bake(
                 type=kind,
                 target="VERTEX_COLORS",
                 save_mode="INTERNAL",
@@ -215,7 +214,9 @@ def _of_corners(
             )
     except RuntimeError as error:
         raise InputError(f"{each.owner}: Cycles cannot displace it: {' '.join(str(error).split())}") from error
-    attribute: Any = each.mesh.color_attributes[_NAME]
+    if outcome != {"FINISHED"}:
+        raise InputError(f"{each.owner}: Cycles gave up displacing it without a reason; see Blender's console")
+    attribute: Any = each.mesh.color_attributes.active_color
     return values_of(attribute.data, "color", len(each.mesh.loops), 4)[:, :3].astype(np.float64)
 
 
