@@ -10,8 +10,7 @@ import bpy
 
 from .material_cache import MaterialCache
 from .mesh_layers import materials_of
-from .node_links import SocketSource, sources_behind
-from .opacity import nodes_of
+from .node_links import SocketSource, nodes_of, sources_behind
 
 # What a node tells of the object among others: of a copy that stands alone it would tell something else.
 _OF_THE_SCENE = {

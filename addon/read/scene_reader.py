@@ -235,7 +235,7 @@ def _walk(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
         if not instance.show_self or not isinstance(data, bpy.types.Mesh):
             continue
         matrix = matrix_of(instance.matrix_world)
-        moves = casts or standing or address in displaced
+        moves = casts or (standing and occluding.ground) or address in displaced
         key = (data.as_pointer(), found.materials.displacements.movers(obj) if moves else ())
         if key not in found.seen:
             found.seen[key] = (label, data, matrix)
