@@ -84,6 +84,8 @@ def _guarded(body: Callable[[], int]) -> int:
     except (Cancelled, KeyboardInterrupt):  # the latter before and after the bake
         _complain("cancelled")
         return _CANCELLED
+    except BrokenPipeError:  # who reads what is said has left, as `head` does
+        return _CANCELLED
     except SystemExit as request:  # --help
         return int(request.code or 0)
     except MemoryError as error:

@@ -54,6 +54,7 @@ def paired_by_name(objects: Iterable[bpy.types.Object], chosen: Sequence[BlockRe
     named = list(zip(refs_of(meshes), meshes, strict=True))
     lows, highs, cages = (_by_base(pattern, named) for pattern in (_LOW, _HIGH, _CAGE))
     pairs: dict[BlockRef, HighMeshes] = {}
+    low_parts, members = set[BlockRef](), set[BlockRef]()  # of all pairs, those of the chosen or not
     for base, parts in lows.items():
         for low in parts:
             if low.ref in chosen and base not in highs:
@@ -63,14 +64,12 @@ def paired_by_name(objects: Iterable[bpy.types.Object], chosen: Sequence[BlockRe
                 )
             above = _beside(low, highs.get(base, []))
             cage = _beside(low, cages.get(base, []))
-            if above and not {low.ref, *above, *cage}.isdisjoint(chosen):
+            pair = {low.ref, *above, *cage} if above else set()
+            members |= pair
+            low_parts |= pair - set(above)
+            if not pair.isdisjoint(chosen):
                 pairs[low.ref] = HighMeshes(tuple(above), cage[0] if cage else None, extrusion)
-    paired = lows.keys() & highs.keys()
-    low_parts, high_parts = (
-        {part.ref for group in groups for base, parts in group.items() if base in paired for part in parts}
-        for groups in ((lows, cages), (highs,))
-    )
-    plain = [ref for ref in chosen if ref not in low_parts | high_parts]
+    plain = [ref for ref in chosen if ref not in members]
     return Pairing((*plain, *pairs), pairs, frozenset(ref.uid for ref in low_parts))
 
 

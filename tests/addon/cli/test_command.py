@@ -744,6 +744,14 @@ def test_ctrl_c_while_a_result_is_delivered(
     assert "report.json" not in run.files
 
 
+def test_a_reader_who_leaves_ends_it(start: Any, tmp_path: Path) -> None:
+    floor_and_wall()
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    child = start("scene.blend", "--rays", "1000000", "--output", "out")
+    child.stdout.close()
+    assert (child.wait(60), child.stderr.read()) == (3, "")
+
+
 def test_a_fault_of_ours_is_another_status(bake: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from occlusion_bake.addon.cli import command
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
+from occlusion_bake.addon.read.block_ref import refs_of  # noqa: E402
 from occlusion_bake.addon.read.high_low_pairs import HighMeshes, paired_by_name, paired_with  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
@@ -116,6 +118,19 @@ def test_a_cage_of_no_pair_is_baked_as_it_is(settings: Any) -> None:
     settings(source="NAMES")
     assert bake_onto("Rock_cage") == {"FINISHED"}
     assert "Rock_cage AO" in bpy.data.images
+
+
+def test_a_high_mesh_of_another_library_is_no_part_of_the_pair(tmp_path: Path) -> None:
+    for name in ("Rock_low", "Rock_high"):
+        blender.plane(name)
+    library = str(tmp_path / "library.blend")
+    bpy.data.libraries.write(library, {bpy.data.objects["Rock_high"]})
+    with bpy.data.libraries.load(library, link=True) as (_, wanted):
+        wanted.objects = ["Rock_high"]
+    (other,) = wanted.objects
+    bpy.context.scene.collection.objects.link(other)
+    (ref,) = refs_of([other])
+    assert paired_by_name(bpy.data.objects, [ref], None).targets == (ref,)
 
 
 def test_which_names_are_pairs() -> None:
