@@ -72,16 +72,14 @@ class Compared:
 
 
 @dataclass(eq=False)
-class _Beside:
-    """Both in one image. mask: the texels that count. other_owner: how many of them show another triangle in Cycles.
-    unseen: how many see a high mesh here and none in Cycles."""
+class Beside:
+    """Both in one image. mask: the texels that count. other_owner: how many of them show another triangle in Cycles."""
 
     ours: Floats
     cycles: Floats
     mask: Flags
     seconds: float = 0.0
     other_owner: int = 0
-    unseen: int = 0
 
 
 def with_ambient(settings: Settings) -> Settings:
@@ -104,11 +102,7 @@ def compare_with_cycles(context: bpy.types.Context, compared: Compared, samples:
     is the texel's centre, ours the largest coverage) are counted apart and named. Raises InputError where Cycles
     refuses or covers no texel of ours.
     """
-    settings = compared.job.settings
-    bake = _corners if compared.job.layout.corners else _texels
-    beside = bake(context, compared, samples)
-    if not beside.mask.any():
-        raise InputError(f"{compared.name}: no texel is covered here and in Cycles; compare with a larger image")
+    settings, beside = compared.job.settings, bake_beside(context, compared, samples)
     captions = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
     write_image(path, comparison_image(beside.ours, beside.cycles, beside.mask, captions), depth=8)
     figures = compare(beside.ours, beside.cycles, beside.mask)
@@ -117,20 +111,30 @@ def compare_with_cycles(context: bpy.types.Context, compared: Compared, samples:
         beside.ours[beside.mask],
         samples,
         _each_once(_occluding(context, compared, ref) for ref in compared.objects),
-        [*_of_texels(beside), *_of_the_bake(compared)],
+        list(_of_the_bake(compared, beside)),
         normal_maps=settings.normal_maps and not compared.is_from_highs,
     )
     return {**comparison_entry(figures, samples, beside.seconds, beside.other_owner, path), "reasons": reasons}
+
+
+def bake_beside(context: bpy.types.Context, compared: Compared, samples: int) -> Beside:
+    """Cycles' bake of all that is in the image beside ours. Raises InputError where it refuses or has none of our
+    texels."""
+    bake = _corners if compared.job.layout.corners else _texels
+    beside = bake(context, compared, samples)
+    if not beside.mask.any():
+        raise InputError(f"{compared.name}: no texel is covered here and in Cycles; compare with a larger image")
+    return beside
 
 
 def _each_once(lists: Iterable[list[bpy.types.Object]]) -> list[bpy.types.Object]:
     return list(dict.fromkeys(obj for each in lists for obj in each))
 
 
-def _texels(context: bpy.types.Context, compared: Compared, samples: int) -> _Beside:
+def _texels(context: bpy.types.Context, compared: Compared, samples: int) -> Beside:
     """All objects of the image, one after the other."""
     ours, size, threads = compared.ours, compared.baked.size, compared.job.settings.threads
-    beside = _Beside(ours.values, np.zeros_like(ours.values), np.zeros_like(ours.covered))
+    beside = Beside(ours.values, np.zeros_like(ours.values), np.zeros_like(ours.covered))
     taken, shared = np.zeros_like(ours.covered), np.zeros_like(ours.covered)
     for ref, target in zip(compared.objects, compared.targets, strict=True):
         shown = part_in_tile(target, compared.baked.tile)
@@ -138,15 +142,12 @@ def _texels(context: bpy.types.Context, compared: Compared, samples: int) -> _Be
         owner = rasterize(target.name, shown.mesh.uv, *size, threads=threads).owner
         by_centre = owners_by_centre(shown.mesh.uv, *size, threads=threads)
         cycles = _bake(context, compared, ref, target, _matched(compared, samples))
-        here = ours.covered & (owner >= 0)
-        both = here & cycles.coverage
+        both = ours.covered & (owner >= 0) & cycles.coverage
         shared |= taken & (owner >= 0)
         taken |= owner >= 0
         beside.cycles[both], beside.mask = cycles.values[both], beside.mask | both
         beside.seconds += cycles.seconds
         beside.other_owner += _count(both & (by_centre != owner))
-        if target.name in compared.scene.highs:
-            beside.unseen += _count(here & (by_centre >= 0) & ~cycles.coverage)
     if beside.mask.any() and not (beside.mask & ~shared).any():
         raise InputError(f"{compared.name}: its objects lie on one another in the UV map; compare them with new charts")
     beside.mask &= ~shared
@@ -165,12 +166,12 @@ def _bake(
     return bake_projected(context, projection_onto(target, highs, tile), surfaces, how, around)
 
 
-def _corners(context: bpy.types.Context, compared: Compared, samples: int) -> _Beside:
+def _corners(context: bpy.types.Context, compared: Compared, samples: int) -> Beside:
     """The corners of the one object's faces."""
     (ref,), (target,) = compared.objects, compared.targets
     surfaces, highs = _surfaces(context, compared.job, ref), compared.scene.highs.get(target.name)
     how, around = _matched(compared, samples), _around(context, compared, ref)
-    return _Beside(*bake_corners(context, target, highs, surfaces, compared.ours, how, around))
+    return Beside(*bake_corners(context, target, highs, surfaces, compared.ours, how, around))
 
 
 def _matched(compared: Compared, samples: int) -> CyclesSettings:
@@ -210,19 +211,13 @@ def _surface_refs(job: BakeJob, ref: BlockRef) -> Sequence[BlockRef]:
     return job.highs[ref].meshes if ref in job.highs else [ref]
 
 
-def _of_texels(beside: _Beside) -> Iterator[str]:
-    """On texels that the two give to different places."""
+def _of_the_bake(compared: Compared, beside: Beside) -> Iterator[str]:
+    """On how it was baked."""
     if beside.other_owner:
         yield (
             f"Edges: {beside.other_owner} texels show another triangle in Cycles, which looks at their middle; here "
             "the one that covers most of them counts"
         )
-    if beside.unseen:
-        yield f"Reach: {beside.unseen} texels see a high mesh here and none in Cycles, whose rays start lower"
-
-
-def _of_the_bake(compared: Compared) -> Iterator[str]:
-    """On how it was baked."""
     if compared.is_from_highs:
         yield "Rays: Cycles' end at a high mesh's first face, back or front; here they go on to one that faces them"
         yield (

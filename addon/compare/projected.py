@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import bpy
 import numpy as np
@@ -31,6 +31,7 @@ from .cycles import (
 )
 
 _NAME = "Occlusion Bake"
+_PARTS, _MOST = 4, 1 << 20  # of a triangle's side, and of all triangles
 _SLACK = 1.0 + 1e-5  # what is as far below the triangles as rays start above them is still seen
 
 
@@ -58,7 +59,38 @@ def projection_onto(target: Instance, highs: HighPoly, tile: int | None = None) 
     uv, origin = in_tile(target, tile).mesh.uv, centre_of(target)
     assert uv is not None  # it has been baked
     corners, starts = corner_starts(target, highs, origin)
-    return Projection(target.name, corners, starts, origin, uv[:, [0, 2, 1]] if mirrors(target) else uv)
+    whole = Projection(target.name, corners, starts, origin, uv[:, [0, 2, 1]] if mirrors(target) else uv)
+    return whole if highs.cage is not None else _of_one_distance(whole)
+
+
+def _of_one_distance(whole: Projection) -> Projection:
+    """The triangles in parts, at whose corners rays start as far above as at the triangles' own, as ours do everywhere:
+    between corners whose normals part Cycles' would start lower."""
+    along = max(1, min(_PARTS, int(np.sqrt(_MOST / max(len(whole.corners), 1)))))
+    weights = _parts(along)
+
+    def cut(values: Floats) -> Doubles:
+        parts: Doubles = np.einsum("pcw,twk->tpck", weights, values.astype(np.float64))
+        return parts.reshape(-1, 3, values.shape[2])
+
+    ways = cut(whole.starts - whole.corners)
+    length = np.linalg.norm(ways, axis=2, keepdims=True)
+    corners = cut(whole.corners)
+    starts = corners + 0.5 * whole.reach / _SLACK * ways / np.maximum(length, 1e-300)
+    return replace(whole, corners=_rounded(corners), starts=_rounded(starts), uv=_rounded(cut(whole.uv)))
+
+
+def _parts(along: int) -> Doubles:
+    """(along², 3, 3): the corners of a triangle's equal parts, by their weights of its own corners."""
+    up = [[(i, j), (i + 1, j), (i, j + 1)] for i in range(along) for j in range(along - i)]
+    down = [[(i + 1, j), (i + 1, j + 1), (i, j + 1)] for i in range(along) for j in range(along - i - 1)]
+    second_third = np.array(up + down, dtype=np.float64) / along
+    weights: Doubles = np.concatenate([1.0 - second_third.sum(axis=2, keepdims=True), second_third], axis=2)
+    return weights
+
+
+def _rounded(values: Doubles) -> Floats:
+    return values.astype(np.float32)
 
 
 def bake_projected(

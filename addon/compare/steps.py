@@ -34,10 +34,11 @@ Finish = Callable[[bpy.types.Context, Json], None]
 
 
 def compare_here(context: bpy.types.Context, job: BakeJob, samples: int, progress: Progress, finish: Finish) -> Steps:
-    """In this process; Cycles' part holds the main thread. `finish` gets what `compare_into` returns."""
+    """In this process; Cycles' part holds the main thread. `finish` gets what `compare_into` returns, and
+    a line on maps that Cycles has no bake for."""
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
         report = yield from compare_into(Path(folder), context, job, samples, progress)
-        finish(context, report)
+        finish(context, _of_all_maps(job, report))
 
 
 def compare_in_child(
@@ -54,7 +55,7 @@ def compare_in_child(
         command = [bpy.app.binary_path, "-b", str(copy), "--addons", extension]
         command += ["-c", "occlusion_bake", "--values", str(values)]
         yield lambda: _wait_for(command, folder / "log", progress)
-        finish(context, json.loads((folder / REPORT).read_text(encoding="utf-8")))
+        finish(context, _of_all_maps(job, json.loads((folder / REPORT).read_text(encoding="utf-8"))))
 
 
 def compare_into(
@@ -80,7 +81,7 @@ def compare_into(
     yield from bake_steps(context, alone, progress, outcome, deliver)
     if not entries:
         raise InputError(uncompared[0])
-    lines = [*without_a_bake(job.settings), *outcome.notes, *outcome.refused, *uncompared]
+    lines = [*outcome.notes, *outcome.refused, *uncompared]
     return {"objects": entries, "total": comparison_total(entries) if len(entries) > 1 else {}, "lines": lines}
 
 
@@ -97,6 +98,11 @@ def child_values(job: BakeJob, samples: int, folder: Path) -> Json:
         "cycles_samples": samples,
         **({"color_attributes": str(folder / "unused.blend")} if job.layout.corners else {}),
     }
+
+
+def _of_all_maps(job: BakeJob, report: Json) -> Json:
+    """With a line on those that Cycles has no bake for."""
+    return {**report, "lines": [*without_a_bake(job.settings), *report["lines"]]}
 
 
 def ao_alone(settings: Settings) -> Settings:

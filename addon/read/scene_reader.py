@@ -199,7 +199,11 @@ def _cage(wanted: _Wanted, target: BlockRef, found: _Found, meshes: Mapping[Mesh
         return None
     if obj.as_pointer() in found.targets:
         return _instance(found.targets[obj.as_pointer()], meshes)
-    return Instance(wanted.labels[obj.session_uid], read_shape(mesh_of(obj)), matrix_of(obj.matrix_world))
+    return Instance(
+        wanted.labels[obj.session_uid],
+        read_surface(mesh_of(obj), obj.name, None, unwrapped=False, tangents=False),
+        matrix_of(obj.matrix_world),
+    )
 
 
 def _absence(obj: bpy.types.Object, label: str) -> str:

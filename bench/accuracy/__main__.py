@@ -9,9 +9,9 @@ import sys
 
 from ...addon.cli.hard_exit import leave
 from ..pages import Page
-from . import cycles, exact, fuzz, horizon, second
+from . import cycles, exact, fuzz, horizon, kinds, second
 
-PAGE = Page("accuracy", "docs/accuracy.md", (exact, second, cycles, horizon, fuzz))
+PAGE = Page("accuracy", "docs/accuracy.md", (exact, second, cycles, kinds, horizon, fuzz))
 
 if __name__ == "__main__":
     leave(PAGE.run(sys.argv[1:]))

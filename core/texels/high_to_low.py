@@ -20,7 +20,7 @@ from ..rays.kernel_api import Control
 from ..rays.texel_surface import TexelSurface
 from ..rays.trace_scene import TraceScene
 from ..scene.parts import parts_of
-from ..scene.scene import HighPoly, Instance
+from ..scene.scene import HighPoly, Instance, Mesh
 from ..scene.world_mesh import WorldMesh, world_mesh, world_surface
 
 AUTOMATIC = 0.02  # of the diagonal of the low mesh's first part: how far above and below it is looked for high ones
@@ -110,12 +110,26 @@ def extrusion_of(target: Instance) -> float:
 
 
 def _cage_of(target: Instance, cage: Instance, origin: Doubles) -> Floats:
-    same = len(cage.mesh.vertices) == len(target.mesh.vertices)
-    if not same or not np.array_equal(cage.mesh.triangles, target.mesh.triangles):
+    if not _have_same_faces(cage.mesh, target.mesh):
         raise InputError(
             f"{target.name}: {cage.name} has other faces, so it cannot be its cage; make one from a copy of it"
         )
     return world_mesh(cage, origin).vertices
+
+
+def _have_same_faces(a: Mesh, b: Mesh) -> bool:
+    """Whether a vertex of one is that of the other. Faces that are not flat may be cut into triangles along another
+    diagonal; what vertices they have is told by their corners, where these are known."""
+    if len(a.vertices) != len(b.vertices) or a.triangles.shape != b.triangles.shape:
+        return False
+    return np.array_equal(a.triangles, b.triangles) or (
+        a.corners is not None and b.corners is not None and _vertices_by_corner(a) == _vertices_by_corner(b)
+    )
+
+
+def _vertices_by_corner(mesh: Mesh) -> dict[int, int]:
+    assert mesh.corners is not None
+    return dict(zip(mesh.corners.reshape(-1).tolist(), mesh.triangles.reshape(-1).tolist(), strict=True))
 
 
 def _flowing_normals(low: WorldMesh) -> Floats:

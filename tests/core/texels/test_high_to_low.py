@@ -120,6 +120,19 @@ def test_a_cage_says_where_to_look() -> None:
         baked(low, high, cage=shapes.instance(shapes.sphere(segments=8, name="ball")))
 
 
+def test_a_cage_may_be_cut_along_other_diagonals() -> None:
+    """As Blender cuts faces that are not flat; but a corner must be of the same vertex."""
+    corners = np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)
+    low = replace(shapes.plane(1.0, name="low"), corners=corners)
+    assert np.array_equal(low.triangles, corners)
+    high, up = shapes.instance(shapes.plane(2.0, 0.4, name="high")), shapes.matrix((0, 0, 0.5))
+    other = np.array([(0, 1, 3), (1, 2, 3)], dtype=np.int32)
+    cage = replace(low, triangles=other, corners=other, uv=None)
+    assert baked(shapes.instance(low), high, cage=shapes.instance(cage, up, "cage")).maps["ao"].mean == 1.0
+    with pytest.raises(InputError, match="low: cage has other faces"):
+        baked(shapes.instance(low), high, cage=shapes.instance(replace(cage, corners=other[::-1]), up, "cage"))
+
+
 def test_the_extrusion_follows_the_size() -> None:
     ball = shapes.sphere(segments=16)
     small, large = (extrusion_of(shapes.instance(ball, shapes.matrix(scale=scale))) for scale in (1.0, 50.0))
