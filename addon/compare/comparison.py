@@ -29,7 +29,7 @@ from ..job.outcome import Outcome
 from ..output.result import Result
 from ..read.blender_state import synced
 from ..read.block_ref import BlockRef, find
-from ..typed import view_layer_in
+from ..typed import uid_of, view_layer_in
 from .corner_colours import bake_corners
 from .cycles import CyclesBake, CyclesSettings, Surroundings, bake_ao
 from .known_differences import reasons_to_differ
@@ -190,11 +190,9 @@ def _around(context: bpy.types.Context, compared: Compared, ref: BlockRef) -> Su
 
 def _occluding(context: bpy.types.Context, compared: Compared, ref: BlockRef) -> list[bpy.types.Object]:
     """The objects that block light for one that is baked."""
-    job, baked = compared.job, {target.name for target in compared.scene.targets}
-    owners = [ref] if job.occluding.alone else [each for each in job.objects if each.label in baked]
-    own = {surface.uid for each in owners for surface in _surface_refs(job, each)}
+    occluding, own = compared.job.occluding, {each.uid for each in _surface_refs(compared.job, ref)}
     objects = synced(view_layer_in(context))
-    return [obj for obj in objects if job.occluding.counts(obj.session_uid, own=obj.session_uid in own)]
+    return [obj for obj in objects if occluding.counts(uid_of(obj), own=uid_of(obj) in own)]
 
 
 def _surfaces(context: bpy.types.Context, job: BakeJob, ref: BlockRef) -> list[bpy.types.Object]:

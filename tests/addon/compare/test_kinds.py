@@ -108,6 +108,14 @@ def batch_of_their_own() -> BakeJob:
     return job_of("Cube 0.0", "Cube 1.2", occluding=OccluderFilter(alone=True, ground=True))
 
 
+def batch_with_chosen_occluders() -> BakeJob:
+    """Neither blocks the other's light."""
+    for x in (0.0, 1.2):
+        blender.cube(f"Cube {x}", size=1.0, location=(x, 0.0, 0.0))
+    wall = blender.wall(x=-0.6, y=(-2.0, 2.0))
+    return job_of("Cube 0.0", "Cube 1.2", occluding=OccluderFilter(frozenset({wall.session_uid})))
+
+
 def udim() -> BakeJob:
     """One square in tile 1002, its other half in tile 1021; without one in the first."""
     corners = ((-1, -1, 0), (0, -1, 0), (1, -1, 0), (1, 1, 0), (0, 1, 0), (-1, 1, 0))
@@ -140,6 +148,7 @@ KINDS: dict[
     overlapping_atlas: (["Sheet"], TEXELS),
     batch: (["Floor 0", "Floor 1"], TEXELS),
     batch_of_their_own: (["Cube 0.0", "Cube 1.2"], TEXELS),
+    batch_with_chosen_occluders: (["Cube 0.0", "Cube 1.2"], TEXELS),
     udim: (["Two 1002", "Two 1021"], TEXELS),
     corners: (["Box"], CORNERS),
     smooth_corners: (["Box"], CORNERS),
