@@ -25,6 +25,8 @@ CASES = {
     "is_sound": 400,
     "farther_never_brightens": 20,
     "an_occluder_never_brightens": 20,
+    "a_stray_part_changes_nothing_but_grazing_rays": 20,
+    "alone_is_as_among_others": 20,
     "powers_of_two_change_no_bit": 20,
     "motion_changes_nothing_but_noise": 20,
     "texels_are_sound": 300,

@@ -191,12 +191,20 @@ def release_with(owner: object, release: str, handle: c_void_p) -> None:
     weakref.finalize(owner, getattr(library(), release), handle).atexit = False
 
 
-def address(array: NDArray[Any] | None, dtype: type) -> int | None:
-    """Where a contiguous array of this dtype lies; None for None. The caller keeps the array alive through the call."""
+def address(array: NDArray[Any] | None, dtype: type, *shape: int) -> int | None:
+    """Where an array lies that the kernel reads or writes; None for None. The caller keeps it alive through the call.
+
+    All that crosses into the kernel goes through here: it believes what it is told of dtype, layout and lengths. Raises
+    TypeError for an array that is not contiguous, or of another dtype or shape.
+    """
     if array is None:
         return None
-    if array.dtype != np.dtype(dtype) or not array.flags.c_contiguous:
-        raise TypeError(f"the kernel wants contiguous {np.dtype(dtype)}, not {array.dtype}")
+    if array.dtype != np.dtype(dtype) or array.shape != shape or not array.flags.c_contiguous:
+        layout = "contiguous" if array.flags.c_contiguous else "strided"
+        raise TypeError(
+            f"the kernel wants contiguous {np.dtype(dtype)} of shape {shape}, not {layout} {array.dtype} of shape "
+            f"{array.shape}"
+        )
     return int(array.ctypes.data)
 
 

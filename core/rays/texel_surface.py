@@ -47,7 +47,7 @@ class TexelSurface:
     def _points(self) -> tuple[Floats, Floats]:
         positions = np.zeros((*self.owner.shape, 3), dtype=np.float32)
         normals = np.zeros_like(positions)
-        places = (api.address(positions, np.float32), api.address(normals, np.float32))
+        places = (api.address(each, np.float32, *self.owner.shape, 3) for each in (positions, normals))
         api.check(api.library().ob_surface_points(byref(self.described()), self.threads, *places))
         return positions, normals
 
@@ -58,17 +58,18 @@ class TexelSurface:
     def described(self) -> api.Surface:
         """As the kernel takes it; the caller keeps this surface alive."""
         mesh = self.mesh
+        vertices, triangles, (height, width) = len(mesh.vertices), len(mesh.triangles), self.owner.shape
         return api.Surface(
-            api.address(mesh.vertices, np.float32),
-            api.address(mesh.triangles, np.int32),
-            api.address(mesh.uv, np.float32),
-            api.address(mesh.normals, np.float32),
-            api.address(self.texel_normals, np.float32),
-            api.address(mesh.faces, np.float32),
-            api.address(mesh.spacing, np.float32),
-            api.address(self.owner, np.int32),
-            len(mesh.vertices),
-            len(mesh.triangles),
-            self.owner.shape[1],
-            self.owner.shape[0],
+            api.address(mesh.vertices, np.float32, vertices, 3),
+            api.address(mesh.triangles, np.int32, triangles, 3),
+            api.address(mesh.uv, np.float32, triangles, 3, 2),
+            api.address(mesh.normals, np.float32, triangles, 3, 3),
+            api.address(self.texel_normals, np.float32, height, width, 3),
+            api.address(mesh.faces, np.float32, triangles, 3),
+            api.address(mesh.spacing, np.float32, triangles),
+            api.address(self.owner, np.int32, height, width),
+            vertices,
+            triangles,
+            width,
+            height,
         )

@@ -72,7 +72,7 @@ class TraceScene:
         """Geometries, N of them, each under one of (N, 3, 4) matrices, mesh to scene."""
         rows = np.ascontiguousarray(matrices, dtype=np.float32)
         handles = (c_void_p * len(rows))(*(each.handle.value for each in geometries))
-        api.check(api.library().ob_scene_add_instances(self.handle, handles, api.address(rows, np.float32), len(rows)))
+        api.check(api.library().ob_scene_add_instances(self.handle, handles, api.address(rows, np.float32, len(geometries), 3, 4), len(rows)))
         self._kept += {each.ray_filter for each in geometries}
         self._count += len(rows)
 
@@ -83,8 +83,9 @@ class TraceScene:
     def visible(self, origins: Floats, directions: Floats, distance: float = np.inf) -> Flags:
         """V along rays: origins, directions (N, 3) float32 → (N,) bool, True where nothing is hit before distance."""
         answer = np.zeros(len(origins), dtype=np.uint8)
-        pointer = answer.ctypes.data_as(ctypes.POINTER(ctypes.c_uint8))
-        rays = (api.address(origins, np.float32), api.address(directions, np.float32), len(origins))
+        count = len(origins)
+        rays = (*(api.address(each, np.float32, count, 3) for each in (origins, directions)), count)
+        pointer = ctypes.cast(api.address(answer, np.uint8, count) or 0, ctypes.POINTER(ctypes.c_uint8))
         api.check(api.library().ob_visible(self.handle, *rays, distance, pointer))
         return answer.astype(bool)
 
@@ -96,8 +97,12 @@ class TraceScene:
         Raises Cancelled, InputError.
         """
         hits = np.empty(len(origins), dtype=_HIT)
-        rays = (api.address(each, np.float32) for each in (origins, directions, lengths))
-        where = (hits.ctypes.data, api.pointer_to(control))
+        count = len(origins)
+        rays = (
+            *(api.address(each, np.float32, count, 3) for each in (origins, directions)),
+            api.address(lengths, np.float32, count),
+        )
+        where = (api.address(hits, _HIT.type, count), api.pointer_to(control))
         api.check(api.library().ob_first_hits(self.handle, *rays, len(origins), threads, *where))
         weights = np.stack([1.0 - hits["u"] - hits["v"], hits["u"], hits["v"]], axis=1)
         return Hits(hits["distance"].copy(), hits["geometry"].copy(), hits["triangle"].copy(), weights)
@@ -127,7 +132,13 @@ class Hits:
 
 
 def _mesh(vertices: Floats, triangles: Ints) -> tuple[int | None, int, int | None, int]:
-    return api.address(vertices, np.float32), len(vertices), api.address(triangles, np.int32), len(triangles)
+    vertex_count, count = len(vertices), len(triangles)
+    return (
+        api.address(vertices, np.float32, vertex_count, 3),
+        vertex_count,
+        api.address(triangles, np.int32, count, 3),
+        count,
+    )
 
 
 def _filter_of(ray_filter: RayFilter, triangles: int) -> tuple[Any, int]:
@@ -139,9 +150,17 @@ def _filter_of(ray_filter: RayFilter, triangles: int) -> tuple[Any, int]:
         raise InputError(f"a cutout of {len(cutout.alpha)} triangles is laid over a mesh of {triangles}; make it anew")
     alphas = (api.Alpha * len(cutout.alphas))(
         *(
-            api.Alpha(api.address(each.values, np.float32), *each.values.shape[::-1], int(each.linear), int(each.wrap))
+            api.Alpha(
+                api.address(each.values, np.float32, *each.values.shape),
+                *each.values.shape[::-1],
+                int(each.linear),
+                int(each.wrap),
+            )
             for each in cutout.alphas
         )
     )
-    arrays = (api.address(cutout.uv, np.float32), api.address(cutout.alpha, np.int32))
+    arrays = (
+        api.address(cutout.uv, np.float32, triangles, 3, 2),
+        api.address(cutout.alpha, np.int32, triangles),
+    )
     return ctypes.pointer(api.Cutout(*arrays, alphas, len(alphas))), int(ray_filter.front_only)

@@ -69,11 +69,11 @@ def trace(
     shape = (count_images(specs), *surface.owner.shape)
     sums = np.zeros(shape, dtype=np.float32) if into is None else into
     first_half = np.zeros(shape, dtype=np.float32) if halves else None
-    halves_rows = None if first_half is None else _rows(first_half)
+    halves_rows = None if first_half is None else _rows(first_half, *shape)
     described = surface.described()
     api.check(
         api.library().ob_trace(
-            *_what(scene, described, specs, options), _rows(sums), halves_rows, api.pointer_to(control)
+            *_what(scene, described, specs, options), _rows(sums, *shape), halves_rows, api.pointer_to(control)
         )
     )
     return Sums(sums, first_half)
@@ -92,12 +92,13 @@ def trace_texels(
 
     Returns (M, len(texels)) float32, a row an image: sums as in `Sums.all`. Raises as `trace`.
     """
-    sums = np.zeros((count_images(specs), len(texels)), dtype=np.float32)
+    shape = (count_images(specs), len(texels))
+    sums = np.zeros(shape, dtype=np.float32)
     described = surface.described()
-    listed = (api.address(texels, np.int64), len(texels))
+    listed = (api.address(texels, np.int64, len(texels)), len(texels))
     api.check(
         api.library().ob_trace_texels(
-            *_what(scene, described, specs, options), *listed, _rows(sums), api.pointer_to(control)
+            *_what(scene, described, specs, options), *listed, _rows(sums, *shape), api.pointer_to(control)
         )
     )
     return sums
@@ -120,9 +121,11 @@ def trace_cells(
     """
     cells = np.zeros((len(texels), side, side), dtype=np.float32)
     described = surface.described()
-    listed = (api.address(texels, np.int64), len(texels), api.address(tangents, np.float32), side)
+    count = len(texels)
+    listed = (api.address(texels, np.int64, count), count, api.address(tangents, np.float32, count, 4), side)
+    place = api.address(cells, np.float32, count, side, side)
     status = api.library().ob_trace_cells(
-        scene.handle, byref(described), byref(_settings(options)), *listed, cells.ctypes.data, api.pointer_to(control)
+        scene.handle, byref(described), byref(_settings(options)), *listed, place, api.pointer_to(control)
     )
     api.check(status)
     return cells
@@ -144,8 +147,14 @@ def _light(environment: Environment | None) -> Any:
     if environment is None:
         return None
     sampling = environment.sampling
-    arrays = (environment.radiance, sampling.density, sampling.rows, sampling.columns)
-    return ctypes.pointer(api.Light(*(api.address(each, np.float32) for each in arrays), len(environment.radiance)))
+    size = len(environment.radiance)
+    arrays = (
+        api.address(environment.radiance, np.float32, size, size, 3),
+        api.address(sampling.density, np.float32, size, size),
+        api.address(sampling.rows, np.float32, size),
+        api.address(sampling.columns, np.float32, size, size),
+    )
+    return ctypes.pointer(api.Light(*arrays, size))
 
 
 def _settings(options: TraceOptions) -> api.TraceSettings:
@@ -167,5 +176,7 @@ def _settings(options: TraceOptions) -> api.TraceSettings:
     )
 
 
-def _rows(images: Floats) -> ctypes.Array[c_void_p]:
-    return (c_void_p * len(images))(*(image.ctypes.data for image in images))
+def _rows(images: Floats, *shape: int) -> ctypes.Array[c_void_p]:
+    """The addresses of the images in an array of this shape."""
+    api.address(images, np.float32, *shape)
+    return (c_void_p * len(images))(*(api.address(image, np.float32, *shape[1:]) for image in images))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..base.arrays import Flags
@@ -52,14 +54,26 @@ def no_faces(name: str) -> InputError:
 
 
 def _check_arrays(target: Instance) -> None:
-    """The tracer follows indices as they come."""
-    mesh = target.mesh
+    """What is worked out of them follows their indices, and their lengths, as they come."""
+    mesh, corners = target.mesh, (len(target.mesh.triangles), 3)
+    for kind, values, dtype, shape in (
+        ("vertices", mesh.vertices, np.float32, (len(mesh.vertices), 3)),
+        ("triangles", mesh.triangles, np.int32, corners),
+        ("UVs", mesh.uv, np.float32, (*corners, 2)),
+        ("normals", mesh.normals, np.float32, (*corners, 3)),
+        ("tangents", mesh.tangents, np.float32, (*corners, 4)),
+    ):
+        if values is not None and (values.shape != shape or values.dtype != dtype):
+            raise InputError(
+                f"{target.name}: its {kind} are {_described(values.shape, values.dtype)} and must be "
+                f"{_described(shape, np.dtype(dtype))}; make the mesh again"
+            )
     if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.vertices):
         raise InputError(f"{target.name}: a triangle names a vertex that does not exist; make the mesh again")
-    for kind, values in (("UVs", mesh.uv), ("normals", mesh.normals)):
-        if values is not None and values.shape[:2] != mesh.triangles.shape:
-            wanted = " x ".join(map(str, mesh.triangles.shape))
-            raise InputError(f"{target.name}: its {kind} do not fit {wanted} triangle corners; make the mesh again")
+
+
+def _described(shape: tuple[int, ...], dtype: np.dtype[Any]) -> str:
+    return f"{' x '.join(map(str, shape))} of {dtype}"
 
 
 def zero_area(mesh: Mesh) -> Flags:

@@ -58,7 +58,8 @@ class SurfaceFilter:
         owner, or a texel's place is no number, the value stays, and its error is 0.
         """
         filtered, error = value.copy(), np.zeros_like(value)
-        images = (api.address(image, np.float32) for image in (value, noise, precision, filtered, error))
+        shape = self._surface.owner.shape
+        images = (api.address(image, np.float32, *shape) for image in (value, noise, precision, filtered, error))
         signal = api.Signal(*images, min(max(_SHARPNESS, exponent), _SHARPEST), int(plain), self._surface.threads)
         for slab in self._slabs:
             part = self._whole or _Part(self._surface, slab, control)

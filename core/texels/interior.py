@@ -31,10 +31,10 @@ def interior_share(scene: TraceScene, surface: TexelSurface, own: int, *, contro
         scene.handle,
         byref(described),
         own,
-        api.address(texels, np.int64),
+        api.address(texels, np.int64, len(texels)),
         len(texels),
         surface.threads,
-        api.address(inside, np.uint8),
+        api.address(inside, np.uint8, len(texels)),
         api.pointer_to(control),
     )
     api.check(status)

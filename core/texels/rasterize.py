@@ -90,15 +90,15 @@ def _rasterize(
     report = api.RasterReport()
     flags = None if skip is None else np.ascontiguousarray(skip, dtype=np.uint8)
     status = api.library().ob_rasterize(
-        api.address(uv, np.float32),
+        api.address(uv, np.float32, len(uv), 3, 2),
         len(uv),
-        api.address(flags, np.uint8),
+        api.address(flags, np.uint8, len(uv)),
         width,
         height,
         rule,
         threads,
-        api.address(owner, np.int32),
-        api.address(coverage, np.float32),
+        api.address(owner, np.int32, height, width),
+        api.address(coverage, np.float32, height, width),
         byref(report),
         api.pointer_to(control),
     )

@@ -155,12 +155,6 @@ private:
   int32_t own_;
 };
 
-bool all_owned(const ob_surface &surface, const int64_t *texels, int64_t count) {
-  const int64_t size = static_cast<int64_t>(surface.width) * surface.height;
-  return std::all_of(texels, texels + count,
-                     [&](int64_t texel) { return texel >= 0 && texel < size && surface.owner[texel] >= 0; });
-}
-
 int32_t test_texels(const InteriorTest &test, const ob_surface &surface, const int64_t *texels, int64_t count,
                     int32_t threads, uint8_t *inside, ob_control *control) {
   constexpr int64_t kPiece = 64;
@@ -189,11 +183,8 @@ int32_t ob_interior(ob_scene *scene, const ob_surface *surface, int32_t own, con
     if (scene == nullptr || !scene->committed || texels == nullptr || inside == nullptr || count < 0) {
       return ob::fail(OB_INVALID, "ob_interior without a built scene, texels or a place for the answers");
     }
-    if (const char *wrong = ob::surface_validation_error(surface)) {
+    if (const char *wrong = ob::surface_validation_error(surface, texels, count)) {
       return ob::fail(OB_INVALID, wrong);
-    }
-    if (!ob::all_owned(*surface, texels, count)) {
-      return ob::fail(OB_INVALID, "a texel that does not exist, or that no triangle owns");
     }
     return ob::test_texels(ob::InteriorTest(scene->embree_scene, own), *surface, texels, count, threads, inside,
                            control);

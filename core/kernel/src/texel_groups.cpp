@@ -270,7 +270,43 @@ int gather_centroids(const ob_surface &surface, int32_t tile_x, int32_t tile_y, 
 
 void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out) { fill_centroid(surface, texel, 0, out); }
 
-const char *surface_validation_error(const ob_surface *surface) {
+namespace {
+
+bool triangle_exists(const ob_surface &surface, int64_t triangle) {
+  const int32_t *index = surface.triangles + 3 * triangle;
+  return std::all_of(index, index + 3, [&](int32_t vertex) { return vertex >= 0 && vertex < surface.vertex_count; });
+}
+
+const char *validation_error_of_all(const ob_surface &surface) {
+  for (int64_t triangle = 0; triangle < surface.triangle_count; ++triangle) {
+    if (!triangle_exists(surface, triangle)) {
+      return "a triangle of the surface names a vertex that does not exist";
+    }
+  }
+  const int64_t texels = static_cast<int64_t>(surface.width) * surface.height;
+  const bool owned = std::all_of(surface.owner, surface.owner + texels,
+                                 [&](int32_t owner) { return owner >= -1 && owner < surface.triangle_count; });
+  return owned ? nullptr : "a texel's owner is a triangle that does not exist";
+}
+
+// Of a list no other texel is looked at: a bake may take an image of a hundred million in a thousand lists.
+const char *validation_error_of_listed(const ob_surface &surface, const int64_t *texels, int64_t count) {
+  const int64_t end = static_cast<int64_t>(surface.width) * surface.height;
+  for (const int64_t *texel = texels; texel != texels + count; ++texel) {
+    const int32_t owner = *texel >= 0 && *texel < end ? surface.owner[*texel] : -1;
+    if (owner < 0) {
+      return "a listed texel lies outside the image, or no triangle owns it";
+    }
+    if (owner >= surface.triangle_count || !triangle_exists(surface, owner)) {
+      return "a listed texel's owner, or a vertex of that, does not exist";
+    }
+  }
+  return nullptr;
+}
+
+} // namespace
+
+const char *surface_validation_error(const ob_surface *surface, const int64_t *texels, int64_t count) {
   if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||
       surface->owner == nullptr || surface->width < 1 || surface->height < 1) {
     return "a surface without vertices, triangles, UVs, owners or size";
@@ -279,17 +315,7 @@ const char *surface_validation_error(const ob_surface *surface) {
       surface->height > 65536) {
     return "a surface of less than no triangles, of more than 2^31, or of more than 65536 texels in a row or column";
   }
-  for (int64_t i = 0; i < 3 * surface->triangle_count; ++i) {
-    if (surface->triangles[i] < 0 || surface->triangles[i] >= surface->vertex_count) {
-      return "a triangle of the surface names a vertex that does not exist";
-    }
-  }
-  for (int64_t i = 0; i < static_cast<int64_t>(surface->width) * surface->height; ++i) {
-    if (surface->owner[i] < -1 || surface->owner[i] >= surface->triangle_count) {
-      return "a texel's owner is a triangle that does not exist";
-    }
-  }
-  return nullptr;
+  return texels == nullptr ? validation_error_of_all(*surface) : validation_error_of_listed(*surface, texels, count);
 }
 
 } // namespace ob

@@ -46,7 +46,8 @@ int gather_centroids(const ob_surface &surface, int32_t tile_x, int32_t tile_y, 
 // The centroid of one texel's footprint as the one footprint point of a group's first lane.
 void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out);
 
-// What is wrong with a surface that a caller gave; NULL: nothing.
-const char *surface_validation_error(const ob_surface *surface);
+// What is wrong with a surface that a caller gave, at the listed texels or, where there is no list, at all; NULL:
+// nothing.
+const char *surface_validation_error(const ob_surface *surface, const int64_t *texels = nullptr, int64_t count = 0);
 
 } // namespace ob

@@ -401,19 +401,13 @@ const char *validation_error(const ob_map *maps, int32_t map_count, const ob_tra
 }
 
 // What no tracing can do without.
-const char *validation_error(const ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings) {
+const char *validation_error(const ob_scene *scene, const ob_surface *surface, const int64_t *texels, int64_t count,
+                             const ob_trace_settings *settings) {
   if (scene == nullptr || !scene->committed || settings == nullptr) {
     return "tracing without a built scene or settings";
   }
-  const char *wrong = surface_validation_error(surface);
+  const char *wrong = surface_validation_error(surface, texels, count);
   return wrong != nullptr ? wrong : validation_error(*settings);
-}
-
-const char *validation_error(const ob_surface &surface, const int64_t *texels, int64_t count) {
-  const int64_t end = static_cast<int64_t>(surface.width) * surface.height;
-  const bool owned = std::all_of(texels, texels + count,
-                                 [&](int64_t texel) { return texel >= 0 && texel < end && surface.owner[texel] >= 0; });
-  return owned ? nullptr : "a listed texel lies outside the image, or no triangle owns it";
 }
 
 ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) {
@@ -426,15 +420,14 @@ ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) 
 int32_t trace_selection(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                         const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count, float *const *sums,
                         float *const *halves, ob_control *control) {
-  for (const char *wrong : {validation_error(scene, surface, settings), validation_error(maps, map_count, sums)}) {
+  for (const char *wrong :
+       {validation_error(scene, surface, texels, count, settings), validation_error(maps, map_count, sums)}) {
     if (wrong != nullptr) {
       return fail(OB_INVALID, wrong);
     }
   }
-  for (const char *wrong : {validation_error(maps, map_count, *settings), validation_error(*surface, texels, count)}) {
-    if (wrong != nullptr) {
-      return fail(OB_INVALID, wrong);
-    }
+  if (const char *wrong = validation_error(maps, map_count, *settings)) {
+    return fail(OB_INVALID, wrong);
   }
   const ob_trace_settings chosen = with_width(*settings, *scene);
   Plan plan = plan_rays(chosen.rays, chosen.seed);
@@ -456,14 +449,11 @@ int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_s
   if (texels == nullptr || count < 0 || tangents == nullptr || cells == nullptr || (side != 8 && side != 16)) {
     return fail(OB_INVALID, "cells without texels, tangents or a place, or of a side other than 8 or 16");
   }
-  if (const char *wrong = validation_error(scene, surface, settings)) {
+  if (const char *wrong = validation_error(scene, surface, texels, count, settings)) {
     return fail(OB_INVALID, wrong);
   }
   if (settings->rays < side * side || (settings->rays & (settings->rays - 1)) != 0) {
     return fail(OB_INVALID, "cells need a power of two of rays, one a cell at least");
-  }
-  if (const char *wrong = validation_error(*surface, texels, count)) {
-    return fail(OB_INVALID, wrong);
   }
   const ob_trace_settings chosen = with_width(*settings, *scene);
   Plan plan = plan_rays(chosen.rays, chosen.seed);

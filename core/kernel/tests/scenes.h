@@ -107,7 +107,7 @@ inline int32_t add(const Scene &scene, const Mesh &mesh) {
 
 // One mesh under each of `count` matrices.
 inline int32_t add_instances(const Scene &scene, ob_mesh *mesh, const float *matrices, int64_t count) {
-  const std::vector<ob_mesh *> meshes(static_cast<size_t>(count), mesh);
+  const std::vector<ob_mesh *> meshes(static_cast<size_t>(count) + 1, mesh); // of none, too, there is a place
   return ob_scene_add_instances(scene.get(), meshes.data(), matrices, count);
 }
 
