@@ -98,7 +98,7 @@ def assert_sound_map(result: BakedMap, settings: Settings, most: float) -> None:
         assert np.all(values[~covered] >= inside.min()) and np.all(values[~covered] <= inside.max())
         assert abs(result.mean - inside.mean(dtype=np.float64)) <= 1e-6 * max(1.0, float(inside.max()))
     else:
-        assert np.all(values == 1.0) and result.mean == 0.0
+        assert np.all(values == 1.0) and result.mean == 1.0
 
 
 def baked_or_none(scene: Scene, settings: Settings) -> Baked | None:
