@@ -191,7 +191,7 @@ def release_with(owner: object, release: str, handle: c_void_p) -> None:
     weakref.finalize(owner, getattr(library(), release), handle).atexit = False
 
 
-def address(array: NDArray[Any] | None, dtype: type, *shape: int) -> int | None:
+def address(array: NDArray[Any] | None, dtype: type | np.dtype[Any], *shape: int) -> int | None:
     """Where an array lies that the kernel reads or writes; None for None. The caller keeps it alive through the call.
 
     All that crosses into the kernel goes through here: it believes what it is told of dtype, layout and lengths. Raises

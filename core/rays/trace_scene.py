@@ -72,7 +72,8 @@ class TraceScene:
         """Geometries, N of them, each under one of (N, 3, 4) matrices, mesh to scene."""
         rows = np.ascontiguousarray(matrices, dtype=np.float32)
         handles = (c_void_p * len(rows))(*(each.handle.value for each in geometries))
-        api.check(api.library().ob_scene_add_instances(self.handle, handles, api.address(rows, np.float32, len(geometries), 3, 4), len(rows)))
+        place = api.address(rows, np.float32, len(geometries), 3, 4)
+        api.check(api.library().ob_scene_add_instances(self.handle, handles, place, len(rows)))
         self._kept += {each.ray_filter for each in geometries}
         self._count += len(rows)
 
@@ -102,7 +103,7 @@ class TraceScene:
             *(api.address(each, np.float32, count, 3) for each in (origins, directions)),
             api.address(lengths, np.float32, count),
         )
-        where = (api.address(hits, _HIT.type, count), api.pointer_to(control))
+        where = (api.address(hits, _HIT, count), api.pointer_to(control))
         api.check(api.library().ob_first_hits(self.handle, *rays, len(origins), threads, *where))
         weights = np.stack([1.0 - hits["u"] - hits["v"], hits["u"], hits["v"]], axis=1)
         return Hits(hits["distance"].copy(), hits["geometry"].copy(), hits["triangle"].copy(), weights)
