@@ -27,13 +27,14 @@ from .scene.parts import Part
 from .scene.scene import Instance, Scene
 from .scene.world_mesh import world_surface
 from .settings import Settings
-from .solve.solver import MOST_MEAN_RAYS, Solved, first_rays
+from .solve.solver import MOST_MEAN_RAYS, Solved
 from .texels import flipped_faces, interior
 from .texels.high_to_low import onto_high_poly
 from .texels.rasterize import Texels
 from .texels.shading_normals import with_shading_normals
 from .texels.tangent_space import TexelFrames
 
+_LIKELY_RAYS = 64  # of a texel, where an error is asked for: what is worth building depends on it
 # Parts of the time that an object takes, for the progress bar.
 _BUILD, _LOOK, _TRACE = (0.02, 0.05), (0.05, 0.06), (0.06, 1.0)
 
@@ -101,7 +102,8 @@ class PartBaker:
         control = shared.progress.enter(f"{target.name}: building the scene", _BUILD)
         highs = shared.scene.highs.get(target.name)
         surfaces = [target] if highs is None else highs.meshes
-        rays = owner.size * first_rays(shared.settings.goal) * len(shared.settings.specs)
+        goal, maps = shared.settings.goal, len(shared.settings.specs)
+        rays = owner.size * maps * (goal.rays if goal.error is None else _LIKELY_RAYS)
         return shared.occluders.frame_for(target, part, surfaces, rays=rays, control=control)
 
     def _surface(self, part: Part, owner: Ints, frame: TraceFrame) -> TexelSurface:

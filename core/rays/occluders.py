@@ -1,10 +1,11 @@
 """What blocks light, as trees of Embree's: which objects are within reach of a target, and how each is stored.
 
 A target, or a part of it, is traced in float32 about an origin of its own. Its surface stands in a flat tree about that
-origin, with all that rounding could move against it: what is large and near. All else is instanced, each piece of a
-mesh stored once for all targets, under a top level that is made anew for each: that takes a few microseconds an
-instance, and rays are as fast to a tenth. How a target is traced follows from the scene and from it alone: never from
-which others are baked, so one baked alone and one baked among many are the same to the last bit.
+origin, with all that rounding could move against it: what is large and near. So does what is worth building for this
+one target, by the rays that it takes. All else is instanced, each piece of a mesh stored once for all targets, under a
+top level that is made anew for each in a few microseconds an instance. How a target is traced follows from the scene
+and from it alone, never from which others are baked: one baked alone and one baked among many are the same to the last
+bit.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ FARTHEST = 1e12
 # What is instanced is rounded by 2^-24 of its size and distance. Where these are below so many times the target's
 # radius, or the gap between the two, that is less than what rays start off the surface by, or 2^-20 of the gap.
 PRECISE = 16.0
-# A piece is as fast flat as it is instanced, or faster by a tenth, but has to be built for the one target: that takes
-# about as long as two rays a triangle.
-RAYS_A_TRIANGLE = 64
-LEAST_COPIED, MOST_COPIED = 1 << 10, 1 << 18  # triangles, but for those that must be flat
+# Rays through instances take up to a third longer, but what is flat has to be built for the one target: that takes as
+# long as a few rays for each of its triangles save.
+RAYS_A_TRIANGLE = 8
+LEAST_COPIED, MOST_COPIED = 1 << 10, 1 << 21  # triangles, but for those that must be flat
 _LEAST_SCALE = 1e-9  # of a matrix: its inverse, and the determinant, stay within float32's range
 
 
@@ -99,6 +100,7 @@ class Occluders:
         self._boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
         self.warnings += _leave_out_the_largest(instances, self._boxes)
         self._linear = np.array([instance.matrix[:3, :3] for instance in instances]).reshape(-1, 3, 3)
+        self._triangles = np.array([len(instance.mesh.triangles) for instance in self._instances], dtype=np.int64)
         self._named = _places_by(instance.name for instance in instances)
         self._owned = _places_by(instance.belongs_to for instance in instances)
         self._pieces: dict[_Key, list[Piece]] = {}
@@ -153,15 +155,20 @@ class Occluders:
             if reached[place]:
                 numbers[place] = self._add_flat(scene, self._instances[place], part.origin)
                 reached[place] = False
-        rows = self._rows_but(own)
+        budget = min(max(rays / RAYS_A_TRIANGLE, LEAST_COPIED), MOST_COPIED)
+        if int(self._triangles[reached].sum()) <= budget:  # nothing need be cut up
+            for place in np.flatnonzero(reached).tolist():
+                numbers[place] = self._add_flat(scene, self._instances[place], part.origin)
+                reached[place] = False
+        rows = self._rows_but(own) if reached.any() else _no_rows()
         used = np.flatnonzero(reached[rows.place])
-        flat = _stands_flat(rows, used, part, min(max(rays / RAYS_A_TRIANGLE, LEAST_COPIED), MOST_COPIED))
+        flat = _stands_flat(rows, used, part, budget)
         for row in used[flat].tolist():
             piece, instance = rows.pieces[row], self._instances[rows.place[row]]
             self._add_flat(scene, replace(instance, mesh=piece.mesh, cutout=piece.cutout), part.origin)
         self._add_instances(scene, rows, used[~flat], part.origin, control)
         scene.commit(control)
-        triangles = sum(len(self._instances[place].mesh.triangles) for place in numbers)
+        triangles = int(self._triangles[list(numbers)].sum())
         return TraceFrame(
             scene,
             part.origin,

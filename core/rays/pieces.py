@@ -61,16 +61,16 @@ def pieces_of(mesh: Mesh, cutout: Cutout | None) -> list[Piece]:
 
 def _cut(mesh: Mesh) -> Iterator[Longs]:
     """Which triangles each piece has: halves of halves, across the longest side of what their middles take up."""
-    middles = mesh.vertices[mesh.triangles].mean(axis=1)
-    waiting = [np.arange(len(middles), dtype=np.int64)]
+    middles = np.ascontiguousarray(mesh.vertices[mesh.triangles].mean(axis=1).T)  # a row an axis
+    waiting = [np.arange(len(mesh.triangles), dtype=np.int64)]
     while waiting:
         here = waiting.pop()
         if len(here) <= LARGEST:
             yield np.sort(here)
             continue
-        places = middles[here]
-        along = places[:, int(np.argmax(np.ptp(places, axis=0)))]
-        order = here[np.argpartition(along, len(here) // 2)]
+        places = np.take(middles, here, axis=1)
+        longest = int(np.argmax(np.ptp(places, axis=1)))
+        order = here[np.argpartition(places[longest], len(here) // 2)]
         waiting += [order[: len(here) // 2], order[len(here) // 2 :]]
 
 
