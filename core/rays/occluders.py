@@ -34,7 +34,7 @@ PRECISE = 16.0
 # Rays through instances take up to a third longer, but what is flat has to be built for the one target: that takes as
 # long as a few rays for each of its triangles save.
 RAYS_A_TRIANGLE = 8
-LEAST_COPIED, MOST_COPIED = 1 << 10, 1 << 21  # triangles, but for those that must be flat
+LEAST_COPIED, MOST_COPIED = 1 << 10, 1 << 20  # triangles, but for those that must be flat
 _LEAST_SCALE = 1e-9  # of a matrix: its inverse, and the determinant, stay within float32's range
 
 

@@ -86,6 +86,17 @@ def _room_closed(view: View) -> Doubles:
     return np.where(view.owner < 12, 0.0, np.where(near, np.nan, 1.0))
 
 
+def _strewn(*strays: Mesh) -> Scene:
+    """A floor under a ball in one mesh with what strays from it, which owns no texel."""
+    floor, under = plane(2.0), [replace(each, uv=np.full_like(each.uv, 0.5)) for each in strays]
+    return scene(joined([replace(floor, normals=None), *under]), ball())
+
+
+STRAYS = (
+    quad((1e6, -2e6, 5e5), (0.1, 0, 0), (0, 0.1, 0)),
+    quad((-1e6, 0.0, 3e6), (0.1, 0, 0), (0, 0.1, 0)),
+)
+
 MIRROR = np.diag([-1.0, 1.0, 1.0, 1.0])
 SHEAR = np.array([(1.0, 0.5, 0.25, 0), (0, 1, -0.75, 0), (0, 0, 1, 0), (0, 0, 0, 1.0)])
 
@@ -179,6 +190,14 @@ CASES = (
         "",
         _one_mesh,
         expected=_room_closed,
+    ),
+    Case(
+        "a stray part far away",
+        "A floor in one mesh with faces 1e6 of its sizes away: the bits of the floor without them.",
+        "",
+        lambda: _strewn(*STRAYS),
+        twin=_strewn,
+        bits=True,
     ),
     Case(
         "thin walls, 1e-3",
