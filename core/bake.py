@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .base.arrays import Ints
+from .base.arrays import Flags, Ints
 from .base.errors import InputError
 from .base.timing import Stopwatch
 from .charts.udim import in_tile, outside_tile, part_in_tile
@@ -88,7 +88,7 @@ class Baker:
             texels = self._texels(target, laid_out, tile, size)
         frames = TexelFrames(laid_out, texels.owner)
         layout = Layout(target, laid_out, part_in_tile(target, tile), texels, frames, clock)
-        baked = self._together(layout, self._baked_parts(layout))
+        baked = self._of_parts(layout)
         if target.name in self.scene.highs:
             warnings += missed_warning(target.name, baked.texels, int(np.count_nonzero(texels.owner >= 0)))
         baked.surface.overlapped, baked.seconds, baked.tile = texels.overlapped, clock.seconds, tile
@@ -104,40 +104,32 @@ class Baker:
         skip, threads = zero_area(mesh) | outside_tile(target.mesh, tile), self._settings.threads
         return rasterize(target.name, mesh.uv, *size, skip=skip, tiled=tiled, threads=threads, control=control)
 
-    def _baked_parts(self, layout: Layout) -> list[Baked]:
-        """Nearly always one, which then has its margin."""
+    def _of_parts(self, layout: Layout) -> Baked:
+        """Nearly always of one. Of several none is kept: each image is as large as the whole."""
+        margin, owner = self._settings.image.margin, layout.texels.owner
         with layout.clock.stage("texels"):
-            parts = _parted(layout.target, layout.texels.owner)
-        baker = PartBaker(self._shared, layout, self._settings.image.margin if len(parts) == 1 else 0)
-        baked = []
-        for number, (part, owner) in enumerate(parts):
-            self._progress.begin_part(number, len(parts))
-            baked.append(baker.bake(part, owner))
-        return baked
-
-    def _together(self, layout: Layout, parts: list[Baked]) -> Baked:
+            parts = parts_of(layout.target, _with_texels(layout.target, owner))
         if len(parts) == 1:
-            return parts[0]
+            return PartBaker(self._shared, layout, margin).bake(parts[0], owner)
+        baker, whole = PartBaker(self._shared, layout, margin=0), Atlas(layout.target.name)
+        for number, part in enumerate(parts):
+            self._progress.begin_part(number, len(parts))
+            whole.add(baker.bake(part, np.where(_owned_by(part, owner), owner, np.int32(-1))))
         with layout.clock.stage("finish"):
-            whole = Atlas(layout.target.name)
-            for part in parts:
-                whole.add(part)
-            return whole.finish(self._settings.image.margin)
+            return whole.finish(margin)
 
 
-def _parted(target: Instance, owner: Ints) -> list[tuple[Part, Ints]]:
-    """The target's parts that own texels, each with the owners of its own; the first where none does."""
-    counted = np.zeros(len(target.mesh.triangles), dtype=np.bool_)
-    counted[owner[owner >= 0]] = True
-    parts = parts_of(target, counted)
-    if len(parts) == 1:
-        return [(parts[0], owner)]
-    owned = []
-    for part in parts:
-        assert part.triangles is not None
-        its_own = np.where((owner >= 0) & part.triangles[owner], owner, np.int32(-1))
-        if (its_own >= 0).any():
-            owned.append((part, its_own))
+def _with_texels(target: Instance, owner: Ints) -> Flags:
+    """(T,) bool: the triangles that own any."""
+    having = np.zeros(len(target.mesh.triangles), dtype=np.bool_)
+    having[owner[owner >= 0]] = True
+    return having
+
+
+def _owned_by(part: Part, owner: Ints) -> Flags:
+    """(H, W) bool: the texels of a part's triangles."""
+    assert part.triangles is not None
+    owned: Flags = (owner >= 0) & part.triangles[owner]
     return owned
 
 

@@ -83,7 +83,8 @@ class _Extent:
     """Boxes of triangles, (N, 3) float64 each, about the world's axes and the place of the mesh's own origin.
 
     number: which triangles of the mesh they are. size: the largest side of each, or of those about it. rounded: how far
-    from the mesh's origin its corners are, the nearest of them. offset: (3,), from the world's origin.
+    from the mesh's origin its corners are, the nearest of them. offset: (3,), from the world's origin. count: of all
+    triangles of the mesh.
     """
 
     number: Longs
