@@ -7,7 +7,9 @@ makes that box a thousand times as large as what matters in it. So a triangle ma
 - `SIZES` times the size of the triangles there, by which a ray starts off it by a thousandth of them at most, or
 - a share of its distance from the mesh's own origin, for there the mesh itself was rounded to float32 before;
 
-and what is farther away is parted from the rest.
+and what is farther away is parted from the rest. So are a few clusters in a box that is empty otherwise, or has nothing
+but triangles as large as itself in it, whatever the size of theirs: gaps within a cluster may be far thinner than its
+triangles.
 """
 
 from __future__ import annotations
@@ -26,6 +28,9 @@ SIZES = 1024.0
 # second is where that would take more parts than are worth it.
 _SHARES = (1.0 / 16.0, 1.0)
 _MOST_PARTS = (16, 64)
+_CELLS, _FEW = 256, 16  # along each axis of a box; where small triangles stand in so few of them, they are clusters
+_SAMPLE = 1 << 12  # triangles, that tell of most meshes that they are no clusters
+_SMALL = 1.0 / 32.0  # of a box: a triangle that is no part of what encloses the clusters
 _SHRUNK = 0.5  # what is parted must have a box this much smaller, or the box is cut
 _LEAST_SIZE = 1e-300  # where a matrix leaves none
 _RIM = 0.125  # of that box: what stands so near to it goes along
@@ -60,6 +65,8 @@ def parts_of(target: Instance, counted: Flags | None = None) -> list[Part]:
     if not len(number) or _are_large(target, number, 0.5 * float((high - low).max())):
         return [whole]
     extent = _Extent.of(target, number)
+    if 1 < len(found := list(_parted(extent, _SHARES[0], _MOST_PARTS[0], clusters=True))) <= _MOST_PARTS[0]:
+        return _as_parts(extent, found)
     for share, most in zip(_SHARES, _MOST_PARTS, strict=True):
         if not extent.far_from(whole.origin - extent.offset, share).any():
             return [whole]
@@ -70,12 +77,23 @@ def parts_of(target: Instance, counted: Flags | None = None) -> list[Part]:
 
 
 def _are_large(target: Instance, number: Longs, reach: float) -> bool:
-    """Whether none of these triangles is too small to be as far away as that. Quickly told, as it is so of nearly all
-    meshes: a triangle's longest side is no shorter than the root of its doubled area."""
+    """Whether none of these triangles is too small to be as far away as that, nor in a cluster. Quickly told, as it is
+    so of nearly all meshes: a triangle's longest side is no shorter than the root of its doubled area."""
     areas = np.linalg.norm(target.mesh.doubled_areas[number], axis=1)
     sides = np.sqrt(areas) * np.linalg.svd(target.matrix[:3, :3], compute_uv=False).min()
+    small = number[sides < _SMALL * 2.0 * reach]
+    some = target.mesh.triangles[small[:: max(len(small) // _SAMPLE, 1)], 0]
+    places = target.mesh.vertices[some].astype(np.float64) @ target.matrix[:3, :3].T
+    if len(places) and _in_few_cells(places, 2.0 * reach):
+        return False
     enough = reach * np.sqrt(3.0) / SIZES
     return bool(sides.min() >= enough or _size_about(target.mesh.triangles[number], sides).min() >= enough)
+
+
+def _in_few_cells(places: Doubles, width: float) -> bool:
+    """Whether places, (N, 3), of a box so wide are clusters that would have a box of their own much smaller."""
+    cells = ((places - places.min(axis=0)) * (_CELLS / width)).astype(np.int64)
+    return all(np.count_nonzero(np.bincount(along)) <= _FEW for along in cells.T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,14 +118,14 @@ class _Extent:
         """Of these triangles."""
         mesh, linear = target.mesh, target.matrix[:3, :3]
         vertices = mesh.vertices.astype(np.float64)
-        distance = (np.abs(vertices) @ np.abs(linear).T).max(axis=1)
+        distance = _largest(np.abs(vertices) @ np.abs(linear).T)
         places, corners = vertices @ linear.T, mesh.triangles[number]
         low, high, rounded = places[corners[:, 0]], places[corners[:, 0]], distance[corners[:, 0]]
         for corner in corners.T[1:]:
             np.minimum(low, places[corner], out=low)
             np.maximum(high, places[corner], out=high)
             np.minimum(rounded, distance[corner], out=rounded)
-        size = (high - low).max(axis=1)
+        size = _largest(high - low)
         size = np.maximum(size, _size_about(corners, size))
         return _Extent(number, low, high, size, rounded, target.matrix[:3, 3], len(mesh.triangles))
 
@@ -141,9 +159,25 @@ class _Extent:
 
     def far_from(self, origin: Doubles, share: float) -> Flags:
         """(N,) bool: triangles that are farther from an origin than they may be."""
-        distance = np.maximum(np.abs(self.low - origin), np.abs(self.high - origin)).max(axis=1)
+        distance = _largest(np.maximum(np.abs(self.low - origin), np.abs(self.high - origin)))
         far: Flags = distance > np.maximum(SIZES * self.size, share * self.rounded)
         return far
+
+    def clustered(self, share: float) -> Flags:
+        """(N,) bool: small triangles that stand in a few clusters and would be more exact about their own middles."""
+        small: Flags = _largest(self.high - self.low) < _SMALL * self.width
+        some = np.flatnonzero(small)
+        if not len(some) or not all(
+            _in_few_cells(self.low[each], self.width) for each in (some[:: max(len(some) // _SAMPLE, 1)], some)
+        ):
+            return np.zeros_like(small)
+        return small & bool((self.width > 2.0 * share * self.rounded[small]).any())
+
+
+def _largest(values: Doubles) -> Doubles:
+    """(N,): of each of (N, 3), several times as fast as along an axis so short."""
+    largest: Doubles = np.maximum(np.maximum(values[:, 0], values[:, 1]), values[:, 2])
+    return largest
 
 
 def _size_about(triangles: Ints, size: Doubles) -> Doubles:
@@ -162,12 +196,15 @@ def _size_about(triangles: Ints, size: Doubles) -> Doubles:
     return sizes
 
 
-def _parted(extent: _Extent, share: float, most: int) -> Iterator[_Extent]:
-    """Extents about whose middles none of their triangles is too far; with more than `most` it ends early."""
+def _parted(extent: _Extent, share: float, most: int, clusters: bool = False) -> Iterator[_Extent]:
+    """Extents about whose middles none of their triangles is too far; with more than `most` it ends early. clusters:
+    of those, too, each has its own."""
     waiting, found = [extent], 0
     while waiting and found <= most:
         here = waiting.pop()
         far = here.far_from(here.middle, share)
+        if clusters and not far.any():
+            far = here.clustered(share)
         if not far.any():
             found += 1
             yield here

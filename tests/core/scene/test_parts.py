@@ -136,3 +136,36 @@ def test_parts_are_put_together_to_one_map() -> None:
     assert 0.2 < together.mean() < 0.8
     for half, left in zip(halves, (slice(0, 30), slice(34, 64)), strict=True):  # but for what the margins share
         assert np.abs(together[:, left] - baked(half)[:, left]).max() <= 2 / 64
+
+
+FLOOR = shapes.quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), (0.0, 0.0, 0.8, 1.0))
+BESIDE = (0.9, 0.0, 1.0, 1.0)
+ENCLOSING = {
+    "stray": lambda r: shapes.quad((r, r, r), (1, 0, 0), (0, 1, 0), BESIDE),
+    "plate": lambda r: shapes.quad((-0.3 * r, -r, -1), (2 * r, 0, 0), (0, 2 * r, 0), BESIDE),
+    "four clusters": lambda r: shapes.joined(
+        [
+            shapes.quad((r * np.cos(turn), r * np.sin(turn), 0.1), (0.1, 0, 0), (0, 0.1, 0), BESIDE)
+            for turn in (0.0, 1.5, 3.0, 4.5)
+        ]
+    ),
+}
+
+
+@pytest.mark.parametrize("reach", [40.0, 300.0, 2e3])
+@pytest.mark.parametrize("what", ENCLOSING)
+def test_a_gap_much_thinner_than_the_triangles_stays_open(what: str, reach: float) -> None:
+    """A lid at 10^-4 over a floor of two triangles: dark below it, whatever is joined to them."""
+    lid = shapes.turned_over(shapes.quad((-0.5, -0.5, 1e-4), (1, 0, 0), (0, 1, 0), (0.82, 0.0, 0.88, 1.0)))
+    target = shapes.instance(shapes.joined([FLOOR, lid, ENCLOSING[what](reach)]))
+    (made,) = bake(Scene([target], [target]), flat_settings(width=40, height=32, margin=0, rays=32))
+    below = made.maps["ao"].values[10:22, 10:22]
+    assert below.max() < 0.01
+
+
+def test_scattered_parts_of_a_body_stay_with_it() -> None:
+    """Bolts on a plate that is not empty: no cluster is alone."""
+    bolts = [shapes.moved(grown(ASSET, 0.2), (x, y, 0.0)) for x in range(-9, 10, 3) for y in range(-9, 10, 3)]
+    body = shapes.grid(10.0, 40)
+    (part,) = parts_of(Instance("target", joined(body, *bolts), np.eye(4)))
+    assert part.triangles is None
