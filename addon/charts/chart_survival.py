@@ -54,6 +54,9 @@ def _cure(modifier: bpy.types.Modifier, obj: bpy.types.Object, rendered: Rendere
     if rendered.active is not None:
         return f"bake onto the UV map that it has then, {rendered.active}, or apply the modifier and unwrap the mesh"
     if modifier.type == "NODES":
-        return "store a UV map in its nodes (Store Named Attribute), or apply it and unwrap the mesh"
+        return (
+            "store a UV map in its nodes (Store Named Attribute: 2D Vector, Face Corner), or apply it and unwrap the "
+            "mesh"
+        )
     without = ", or switch it off for renders" if has_faces(mesh_of(obj)) else ""
     return f"apply it and unwrap the mesh{without}"

@@ -87,14 +87,15 @@ def write_uv(
 @contextmanager
 def tried_map(meshes: Iterable[bpy.types.Mesh], name: str) -> Iterator[None]:
     """Meshes that can take it with a UV map of this name for the time, in which their faces have areas; one that is
-    there is left as it is."""
+    there is left as it is. A vertex has one place, as within a chart, so that faces made of its corners alone, as by
+    Dual Mesh, have none."""
     given: list[bpy.types.Mesh] = []
     try:
         for mesh in meshes:
             if name not in mesh.uv_layers:
                 layer = _own_layer(mesh, mesh.name, name, activate=False)
                 given.append(mesh)
-                places = np.arange(len(mesh.loops))[:, np.newaxis] * _SCATTER % 1.0
+                places = vertices_of(mesh, np.arange(len(mesh.loops)))[:, np.newaxis] * _SCATTER % 1.0
                 layer.uv.foreach_set("vector", places.astype(np.float32).reshape(-1))
         yield
     finally:

@@ -69,6 +69,13 @@ def primitive(group: Any, _: Any) -> Any:
     return group.nodes.new("GeometryNodeMeshCube").outputs["Mesh"]
 
 
+def dual(group: Any, mesh: Any) -> Any:
+    """Each face's corners are those of one vertex, so that a map without seams there has no area."""
+    other = group.nodes.new("GeometryNodeDualMesh")
+    group.links.new(mesh, other.inputs[0])
+    return other.outputs[0]
+
+
 def with_own_map(group: Any, _: Any) -> Any:
     cube, store = group.nodes.new("GeometryNodeMeshCube"), group.nodes.new("GeometryNodeStoreNamedAttribute")
     store.data_type, store.domain = "FLOAT2", "CORNER"
@@ -107,6 +114,7 @@ MAKERS: dict[str, Callable[[], Any]] = {
     "wires, whose UVs have no area": lambda: add(blender.cube("Bare"), "WIREFRAME", thickness=0.2),
     "screw of a line": lambda: add(line(), "SCREW"),
     "primitive": lambda: nodes(blender.bare_cube(), primitive),
+    "dual mesh": lambda: nodes(blender.bare_cube(), dual),
 }
 
 
