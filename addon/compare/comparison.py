@@ -106,13 +106,15 @@ def compare_with_cycles(context: bpy.types.Context, compared: Compared, samples:
     captions = (f"Occlusion Bake, {_how_far(settings)}", f"Cycles, {samples} samples")
     write_image(path, comparison_image(beside.ours, beside.cycles, beside.mask, captions), depth=8)
     figures = compare(beside.ours, beside.cycles, beside.mask)
+    surfaces = {ref: _surfaces(context, compared.job, ref) for ref in compared.objects}
     reasons = reasons_to_differ(
-        _each_once(_surfaces(context, compared.job, ref) for ref in compared.objects),
+        _each_once(surfaces.values()),
         beside.ours[beside.mask],
         samples,
         _each_once(_occluding(context, compared, ref) for ref in compared.objects),
         list(_of_the_bake(compared, beside)),
-        normal_maps=settings.normal_maps and not compared.is_from_highs,
+        highs=_each_once(seen for ref, seen in surfaces.items() if ref in compared.job.highs),
+        normal_maps=settings.normal_maps,
     )
     return {**comparison_entry(figures, samples, beside.seconds, beside.other_owner, path), "reasons": reasons}
 

@@ -87,7 +87,7 @@ def bake_ao(
     """
     _check(context, obj, uv)
     with set_up(context, obj.name, settings, around) as (stack, image):
-        stack.enter_context(_local_mesh(obj))
+        stack.enter_context(_own_mesh(obj))
         stack.enter_context(_materials(obj, image))
         if tile is not None:
             stack.enter_context(_moved_from(tile, obj, uv))
@@ -246,9 +246,10 @@ def _moved_from(tile: int, obj: bpy.types.Object, uv: str | None) -> Iterator[No
 
 
 @contextmanager
-def _local_mesh(obj: bpy.types.Object) -> Iterator[None]:
-    """A local copy in place of a mesh linked from a library, which Cycles would refuse."""
-    if library_of(mesh_of(obj)) is None:
+def _own_mesh(obj: bpy.types.Object) -> Iterator[None]:
+    """A copy in place of a mesh linked from a library, which Cycles would refuse, and of one without material slots:
+    to take away one that it was given would forget which slot each face has."""
+    if library_of(mesh_of(obj)) is None and obj.material_slots:
         yield
         return
     with ExitStack() as stack:
@@ -266,7 +267,6 @@ def _materials(obj: bpy.types.Object, image: bpy.types.Image) -> Iterator[None]:
         stack.callback(_remove_all, made)
         if not obj.material_slots:
             mesh_of(obj).materials.append(None)
-            stack.callback(mesh_of(obj).materials.clear)
         for slot in obj.material_slots:
             key = slot.material.session_uid if slot.material else 0
             if key not in made:

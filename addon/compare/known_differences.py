@@ -23,11 +23,12 @@ def reasons_to_differ(
     occluders: Collection[bpy.types.Object],
     of_this_bake: Collection[str] = (),
     *,
+    highs: Collection[bpy.types.Object] = (),
     normal_maps: bool = False,
 ) -> list[str]:
     """A line for each. surfaces: the objects that are seen in the image. values: (N,) float32, our AO of the compared
-    texels. occluders: the objects that block light. of_this_bake: lines on what else is known. normal_maps: whether
-    those of the surfaces' materials turned their normals."""
+    texels. occluders: the objects that block light. of_this_bake: lines on what else is known. highs: of the surfaces
+    those that are seen from low meshes. normal_maps: whether those of the others' materials turned their normals."""
     noise = float(np.sqrt(np.mean(values * (1.0 - values), dtype=np.float64) / samples))
     lines = [f"Noise: Cycles' {samples} samples alone may make an RMSE of up to {noise:.4f}"]
     if bpy.app.version < (5, 0):
@@ -39,7 +40,8 @@ def reasons_to_differ(
         lines.append("Footprint: Cycles before Blender 5 samples the middle half of a texel, here the whole of it")
     lines += of_this_bake
     pixels = ImagePixels()
-    lines += _of_normals(surfaces, MaterialNormalMaps(pixels=pixels), normal_maps=normal_maps)
+    own = [obj for obj in surfaces if obj not in highs]
+    lines += _of_normals(own, highs, MaterialNormalMaps(pixels=pixels), normal_maps=normal_maps)
     lines += _of_displacement([*surfaces, *occluders])
     opacities = MaterialOpacities(pixels=pixels)
     for material in _materials(occluders):
@@ -57,13 +59,21 @@ def _is_smooth_in_parts(obj: bpy.types.Object) -> bool:
 
 
 def _of_normals(
-    surfaces: Collection[bpy.types.Object], normal_maps_of: MaterialNormalMaps, *, normal_maps: bool
+    own: Collection[bpy.types.Object],
+    highs: Collection[bpy.types.Object],
+    normal_maps_of: MaterialNormalMaps,
+    *,
+    normal_maps: bool,
 ) -> list[str]:
-    """On what turns their normals in Cycles and does not here."""
+    """On what turns their normals in Cycles and does not here. own: the surfaces that are no high meshes."""
     lines: list[str] = []
-    found = [normal_maps_of.of(material, lines) for material in _materials(surfaces)]
-    if any(found) and not normal_maps:
+    mapped, high_mapped = (
+        [normal_maps_of.of(material, lines) for material in _materials(objects)] for objects in (own, highs)
+    )
+    if any(mapped) and not normal_maps:
         lines += ["Normals: Cycles follows the normal map of the material; switch Normal Maps on to bake by it"]
+    if any(high_mapped):
+        lines += ["Normals: Cycles follows the normal map of a high mesh's material; here high meshes have their own"]
     return lines
 
 

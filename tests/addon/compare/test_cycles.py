@@ -125,6 +125,7 @@ def slots_case(kind: str) -> Any:
     obj = plane()
     shared = material("Shared")
     if kind == "none":
+        obj.data.polygons[0].material_index = 2  # as its nodes, or an object's own slots, had it
         return obj
     if kind == "nodeless":
         bare = bpy.data.materials.new("Bare")
@@ -165,6 +166,7 @@ def state() -> dict[str, Any]:
         "materials": [[plain(entry) for entry in mesh.materials] for mesh in bpy.data.meshes],
         "nodes": [(m.name, [node.name for node in m.node_tree.nodes], plain(m.node_tree.nodes.active) and
                    m.node_tree.nodes.active.name) for m in bpy.data.materials if m.node_tree],
+        "faces": [[face.material_index for face in mesh.polygons] for mesh in bpy.data.meshes],
         "offsets": [obj.shadow_terminator_geometry_offset for obj in bpy.data.objects],
         "hidden": [(obj.hide_viewport, obj.hide_select, obj.hide_get()) for obj in bpy.data.objects],
         "uv": [[(layer.name, layer.active, layer.active_render) for layer in mesh.uv_layers]

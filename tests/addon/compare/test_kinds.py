@@ -199,6 +199,21 @@ def test_between_hard_edges_rays_start_as_far_up_as_ours() -> None:
     assert any(line.startswith("Rays: ") for line in entry["cycles"]["reasons"])
 
 
+def test_a_high_meshs_normal_map_is_told_and_no_setting_promised() -> None:
+    """Cycles follows it; what is baked from high meshes has their own normals, whatever the settings."""
+    blender.plane("Low")
+    paint = blender.material()
+    bump = paint.node_tree.nodes.new("ShaderNodeNormalMap")
+    bump.inputs["Color"].default_value = (0.8, 0.5, 0.8, 1.0)
+    paint.node_tree.links.new(bump.outputs[0], blender.principled(paint).inputs["Normal"])
+    blender.plane("High").data.materials.append(paint)
+    job = from_highs("Low", "High", extrusion=0.2)
+    job = replace(job, settings=replace(job.settings, normal_maps=True))
+    (entry,) = compared(job, samples=1)["objects"]
+    (told,) = [line for line in entry["cycles"]["reasons"] if line.startswith("Normals: Cycles follows")]
+    assert told.endswith("a high mesh's material; here high meshes have their own")
+
+
 def test_total_is_that_of_all_texels() -> None:
     report = compared(batch(), samples=4)
     cycles, total = [entry["cycles"] for entry in report["objects"]], report["total"]
