@@ -1,23 +1,24 @@
 """Whose an image of ours is, whatever either is called.
 
 An object holds pointers to its images: Blender keeps these right through renames, saving and appending, and nobody
-holds a copy of an image. A copy of an object holds what that holds, and tells by the name that it was given it under.
-What is linked, or overrides that, loses its pointers when the file is loaded again: an image that nobody holds is taken
-by what it says of itself.
+holds a copy of an image. A copy of an object holds what that holds, and tells which object was given it. What is
+linked, or overrides that, loses its pointers when the file is loaded again: an image that nobody holds is taken by what
+it says of itself.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import bpy
 
 from ...core.finish.map_images import title
-from ...core.finish.report import first_of
-from ..read.block_ref import find
+from ...core.finish.report import Json, first_of
+from ..read.block_ref import Renewal, find, stored
 from ..typed import library_of
 from .result import Result
 
@@ -28,12 +29,13 @@ _HELD = "occlusion_bake_images"  # on an object: what it holds
 
 @dataclass(frozen=True)
 class _Held:
-    """An image that an object holds: of which map, of which atlas, or empty, and the object's name when it got it."""
+    """An image that an object holds: of which map, of which atlas, or empty. given: the object that got it, as
+    `stored`; its copies hold it, too."""
 
     image: bpy.types.Image | None
     map: str
     atlas: str
-    name: str
+    given: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +82,7 @@ class Owner:
         image.use_fake_user = True
         for obj in self.objects:
             others = [held for held in _held_by(obj) if (held.map, held.atlas) != (name, self.atlas)]
-            _hold(obj, [*others, _Held(image, name, self.atlas, obj.name)])
+            _hold(obj, [*others, _Held(image, name, self.atlas, json.dumps(stored([obj.session_uid])))])
 
     def _mark(self, name: str) -> str:
         return f"{self.atlas or self.objects[0].name_full}/{name}"
@@ -91,18 +93,48 @@ def owners_of(image: bpy.types.Image) -> list[bpy.types.Object]:
     return _owners().get(image, [])
 
 
+def renew_holders() -> None:
+    """Bring up to date which object was given what: when a file is saved or loaded, for ids are those of a session."""
+    renewal = Renewal()
+    for obj in bpy.data.objects:
+        if library_of(obj) is None and (held := list(_held_by(obj))):
+            given = [_given(each, renewal) for each in held]
+            _hold(
+                obj,
+                [replace(each, given=json.dumps(now)) if now else each for each, now in zip(held, given, strict=True)],
+            )
+
+
 def _owners() -> dict[bpy.types.Image, list[bpy.types.Object]]:
-    found: dict[bpy.types.Image, list[tuple[bpy.types.Object, str]]] = {}
+    found: dict[bpy.types.Image, list[tuple[bpy.types.Object, _Held]]] = {}
     for obj in bpy.data.objects:
         for held in _held_by(obj):
             if held.image is not None:
-                found.setdefault(held.image, []).append((obj, held.name))
-    return {image: _less_copies(holders) for image, holders in found.items()}
+                found.setdefault(held.image, []).append((obj, held))
+    shared = any(len(holders) > 1 for holders in found.values())
+    renewal = Renewal() if shared else None  # which looks at all objects
+    return {image: _less_copies(holders, renewal) for image, holders in found.items()}
 
 
-def _less_copies(holders: list[tuple[bpy.types.Object, str]]) -> list[bpy.types.Object]:
-    first = {obj.name for obj, name in holders if obj.name == name}
-    return [obj for obj, name in holders if obj.name == name or name not in first]
+def _less_copies(holders: list[tuple[bpy.types.Object, _Held]], renewal: Renewal | None) -> list[bpy.types.Object]:
+    """Copies own an image only where what they were made of holds it no more."""
+    every = [obj for obj, _ in holders]
+    if len(holders) == 1 or renewal is None:
+        return every
+    return [obj for obj, held in holders if _is_given(obj, held, renewal)] or every
+
+
+def _is_given(obj: bpy.types.Object, held: _Held, renewal: Renewal) -> bool:
+    given = _given(held, renewal)
+    return given is not None and any(uid == obj.session_uid for uid, *_ in given["objects"])
+
+
+def _given(held: _Held, renewal: Renewal) -> Json | None:
+    """The object that was given it, as that is kept now; None where what is kept is not ours."""
+    try:
+        return renewal.of(json.loads(held.given))
+    except (ValueError, KeyError, TypeError):
+        return None
 
 
 def _files_of(image: bpy.types.Image) -> list[Path]:

@@ -1,4 +1,4 @@
-"""What images keep of their bakes, brought up to date when a file is saved or loaded.
+"""What images keep of their bakes, and objects of their images, brought up to date when a file is saved or loaded.
 
 Objects are kept by session id, name and library: names are those at saving, ids those of the session, so that what is
 renamed in one session is known in the next.
@@ -12,6 +12,7 @@ from typing import Any
 
 import bpy
 
+from ..output.ownership import renew_holders
 from ..read.block_ref import Renewal
 from ..typed import library_of, persistent
 from .request import KEPT, is_ours
@@ -19,7 +20,8 @@ from .request import KEPT, is_ours
 
 @persistent
 def renew(*_: object) -> None:
-    """Of all images of ours in the file."""
+    """Of all images of ours in the file, and all objects that hold one."""
+    renew_holders()
     renewal = Renewal()
     for image in bpy.data.images:
         if is_ours(image) and library_of(image) is None:

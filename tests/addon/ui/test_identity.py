@@ -140,6 +140,23 @@ def test_a_copy_of_an_object_gets_an_image_of_its_own(output: str, tmp_path: Pat
     assert sorted(path.name for path in tmp_path.glob("*.png")) == files
 
 
+@pytest.mark.parametrize("times", [0, 1])
+def test_a_backup_keeps_its_image_though_a_copy_has_its_name(times: int, reload: Callable[[], None]) -> None:
+    """times: that the file is saved and loaded before the names change; after that it is in any case."""
+    bake(blender.plane("Thing"))
+    for _ in range(times):
+        reload()
+    first = bpy.data.objects["Thing"]
+    copy = first.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    first.name, copy.name, copy.location.x = "Backup", "Thing", 40.0
+    assert (first.name, copy.name) == ("Backup", "Thing")
+    reload()
+    shut_in(bpy.data.objects["Thing"])
+    bake(bpy.data.objects["Thing"])
+    assert (mean(image_of("Thing")), mean(image_of("Backup"))) == (FULL, OPEN)
+
+
 def test_what_takes_the_place_of_a_removed_object_takes_its_image() -> None:
     bake(blender.plane("Thing"))
     bpy.data.objects.remove(bpy.data.objects["Thing"])
