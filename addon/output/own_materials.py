@@ -88,11 +88,23 @@ def _is_own(obj: bpy.types.Object, material: bpy.types.Material, among: Collecti
         return True  # which spares a look at all objects
     if any(copy.users and copy.get(_OF) == material for copy in bpy.data.materials):
         return False  # it must come back to others as it is
-    return all(user == obj or user in among for user in bpy.data.objects if _uses(user, material))
+    return {user for user in bpy.data.objects if _uses(user, material)} | _given_by_nodes(material) <= {obj, *among}
 
 
 def _uses(obj: bpy.types.Object, material: bpy.types.Material) -> bool:
     return any(slot.material == material for slot in obj.material_slots)
+
+
+def _given_by_nodes(material: bpy.types.Material) -> set[bpy.types.Object]:
+    """Objects that show it by their modifiers' nodes, or inputs of these, whatever their slots hold."""
+    found: set[Any] = set()
+    waiting: list[Any] = [material]
+    while waiting:
+        block = waiting.pop()
+        users: Any = bpy.data.user_map(subset={block}, value_types={"OBJECT", "NODETREE"})[block] - found
+        found |= users
+        waiting += [user for user in users if isinstance(user, bpy.types.NodeTree)]
+    return {user for user in found if isinstance(user, bpy.types.Object)}
 
 
 def _copy_among(
@@ -100,13 +112,18 @@ def _copy_among(
 ) -> bpy.types.Material | None:
     """One that was made for another of those that show the same, and is theirs alone."""
     theirs = [slot.material for other in among for slot in other.material_slots if slot.material is not None]
-    copies = (copy for copy in theirs if copy.get(_OF) == material and _is_own(obj, copy, among))
+    copies = (copy for copy in theirs if copy.get(_OF) == _origin(material) and _is_own(obj, copy, among))
     return next(copies, None)
+
+
+def _origin(material: Any) -> Any:
+    """What a copy was made of; a material that is no copy itself."""
+    return material.get(_OF) or material
 
 
 def _copied(obj: bpy.types.Object, material: bpy.types.Material) -> bpy.types.Material:
     copy: Any = material.copy()
-    copy.name = f"{material.name} {obj.name}"
+    copy.name = f"{_origin(material).name} {obj.name}"
     if MARK in copy:
         del copy[MARK]  # the artist gave what was made to this object
     if not shows_maps(material):  # as a copy does, whose copy has its mark

@@ -174,6 +174,45 @@ def test_objects_that_show_one_image_share_a_material(with_others: bool) -> None
     assert list(bpy.data.materials) == [common] and not shown(objects[0])
 
 
+def test_a_part_of_those_shares_a_new_copy() -> None:
+    """As an atlas of some of an atlas' objects."""
+    common = paint()
+    objects = row(4, of=common)
+    for shared in (objects[:3], objects[:2]):
+        atlas = image(0.5, f"Atlas of {len(shared)}")
+        for obj in shared:
+            link_images(obj, {"ao": atlas}, "UVMap", among=shared)
+    assert [shown(obj) for obj in objects] == [{"Atlas of 2"}, {"Atlas of 2"}, {"Atlas of 3"}, set()]
+    first, second, *_ = (obj.material_slots[0].material for obj in objects)
+    assert first == second
+    for obj in objects:
+        unlink_images(obj)
+    assert list(bpy.data.materials) == [common] and slots(objects) == [[("DATA", common)]] * 4
+
+
+@pytest.mark.parametrize("by_input", [False, True])
+def test_what_nodes_of_others_give_them_stays(by_input: bool) -> None:
+    common = paint()
+    (obj,), other = row(1, of=common), blender.plane("Other")
+    nodes = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+    nodes.interface.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+    modifier: Any = other.modifiers.new("Nodes", "NODES")
+    if by_input:
+        socket = nodes.interface.new_socket("Material", in_out="INPUT", socket_type="NodeSocketMaterial")
+        modifier.node_group = nodes
+        if bpy.app.version >= (5, 2):
+            getattr(modifier.properties.inputs, socket.identifier).value = common
+        else:
+            modifier[socket.identifier] = common
+    else:
+        outer = bpy.data.node_groups.new("Outer", "GeometryNodeTree")
+        outer.nodes.new("GeometryNodeGroup").node_tree = nodes
+        nodes.nodes.new("GeometryNodeSetMaterial").inputs["Material"].default_value = common
+        modifier.node_group = outer
+    link_images(obj, {"ao": image(0.5)}, None)
+    assert shown(obj) and not any("occlusion_bake" in node for node in common.node_tree.nodes)
+
+
 @pytest.mark.parametrize("order", [1, -1])
 def test_of_one_mesh_without_materials_each_gets_one(order: int) -> None:
     objects = row(2, one_mesh=True)
