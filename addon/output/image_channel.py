@@ -55,7 +55,10 @@ def store_channel(image: bpy.types.Image, channel: str, values: Floats, *, dithe
     dither: of 8 bits. Raises InputError, the image as it was."""
     check_image_channel(image, channel, (values.shape[1], values.shape[0]))
     dither = dither and not image.is_float
-    if image.source == "GENERATED" or (image.is_dirty and _packs_whole(image)):
+    if image.source == "GENERATED":
+        pixels_in(image)[0] = pixels_in(image)[0]  # of one that nobody has touched Blender packs nothing
+        image.pack()
+    elif image.is_dirty and _packs_whole(image):
         image.pack()
     if _suffix(image) in SUFFIXES:
         with _file_in(image) as path:
@@ -64,6 +67,8 @@ def store_channel(image: bpy.types.Image, channel: str, values: Floats, *, dithe
         image.update_tag()
     else:
         _put_pixels(image, channel, values, dither)
+    if image.packed_file is not None:
+        image.use_fake_user = True  # so that the .blend file keeps it, though nothing may use it yet
     if channel == "A":
         image.alpha_mode = "CHANNEL_PACKED"
 

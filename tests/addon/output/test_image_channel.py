@@ -139,6 +139,17 @@ def test_what_is_painted_and_packed_stays(tmp_path: Path) -> None:
     np.testing.assert_allclose(pixels(image)[..., 1:], 0.4, atol=1e-6)
 
 
+@pytest.mark.parametrize("floats", [False, True])
+def test_a_new_image_that_nobody_has_touched_is_packed(floats: bool, tmp_path: Path) -> None:
+    """Or it would be lost with the session."""
+    image = bpy.data.images.new("New", *SIZE, float_buffer=floats, is_data=True)
+    store_channel(image, "R", MAP, dither=False)
+    assert image.packed_file is not None and not image.is_dirty
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "saved.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "saved.blend"))
+    assert np.abs(pixels("New")[..., 0] - MAP).max() <= (1e-6 if floats else 0.5001 / 255)
+
+
 def test_bytes_of_other_formats_are_left_to_be_saved(tmp_path: Path) -> None:
     made = bpy.data.images.new("Made", *SIZE)
     made.file_format, made.filepath_raw = "TARGA", str(tmp_path / "a.tga")
