@@ -28,6 +28,7 @@ from .ro_nodes import CODE
 
 PACKED, SAVED, COLOURS, CHANNEL = (each.upper() for each in (table.PACKED, table.SAVED, table.COLOURS, table.CHANNEL))
 _TILE = re.compile("[._]?<UDIM>")  # as Blender writes it: the number is put before the ending in any case
+_FOLDER = re.compile(r"(^|/)\s*\.{0,2}\s*$|^~[^/]*$")
 
 
 @dataclass(frozen=True)
@@ -109,9 +110,11 @@ class Destination:
         """The file of an object's map, or of a tile of it. Raises InputError for a template that cannot be filled."""
         scene_file, ending = bpy.data.filepath, suffix(self.format)
         template = self.path[: -len(ending)] if self.path.lower().endswith(ending) else self.path
-        template = _TILE.sub("", template)
+        template = _TILE.sub("", template).replace("\\", "/")  # which Blender, too, takes for the same
         if not template.strip():
             raise InputError("Path: it is empty; give one, as //textures/{object}_{map}")
+        if _FOLDER.search(template):
+            raise InputError(f"Path {self.path}: it is a folder; end it in a file's name, as {{object}}_{{map}}")
         known: dict[str, str | int] = {
             "object": self._names.of(owner),
             "map": name,
@@ -143,6 +146,8 @@ class Destination:
                     "give a full path"
                 )
             text = f"//{text}"
+        if self.path.startswith("//"):
+            text = f"//{text.lstrip('/')}"  # one more would be the root's
         return whole_path(Path(text), bpy.data.filepath)
 
     def _check_paths(self, objects: Sequence[str], settings: Settings) -> None:

@@ -39,7 +39,10 @@ def paired_with(low: BlockRef, highs: Sequence[BlockRef], cage: BlockRef | None,
     """One object from others. Raises InputError where there is none."""
     meshes = tuple(ref for ref in highs if ref not in (low, cage))
     if not meshes:
-        raise InputError(f"{low.label}: nothing to bake it from; select the high meshes first, and {low.label} last")
+        raise InputError(
+            f"{low.label}: nothing to bake it from; select the high meshes first, and {low.label} last (--highs: name "
+            "others than it and its cage)"
+        )
     return Pairing((low,), {low: HighMeshes(meshes, cage, extrusion)}, frozenset(ref.uid for ref in (low, cage) if ref))
 
 

@@ -141,5 +141,5 @@ def _request(pairing: Pairing, panel: dict[str, Any], occluding: OccluderFilter,
     )
     depth, kind = int(chosen.depth), chosen.format.lower()
     into = BlockRef(image.session_uid, image.name) if image is not None else None
-    destination = Destination(chosen.output, chosen.path, kind, depth, chosen.use_dither, into, chosen.channel)
+    destination = Destination(chosen.output, chosen.path.strip(), kind, depth, chosen.use_dither, into, chosen.channel)
     return BakeRequest(job, destination, chosen.use_material, chosen.use_gltf, panel)

@@ -12,6 +12,7 @@ from typing import Any
 
 import bpy
 
+from ...core.base.foreign_text import json_object
 from ..output.ownership import renew_holders
 from ..read.block_ref import Renewal
 from ..typed import library_of, persistent
@@ -26,7 +27,7 @@ def renew(*_: object) -> None:
     for image in bpy.data.images:
         if is_ours(image) and library_of(image) is None:
             with suppress(ValueError, KeyError, TypeError):  # kept by another version
-                kept = json.loads(image[KEPT])
+                kept = json_object(image[KEPT])
                 kept["roles"]["objects"] = renewal.of(kept["roles"]["objects"])
                 image[KEPT] = json.dumps(kept)
 

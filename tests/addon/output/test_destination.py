@@ -72,6 +72,9 @@ def test_beside_the_blend_file(scene: Any, tmp_path: Path) -> None:
     bpy.context.scene.occlusion_bake.path = "//textures/{file}_{object}_{map}.png"
     assert press() == {"FINISHED"}
     assert (tmp_path / "textures" / "house_Floor_ao.png").is_file()
+    bpy.context.scene.occlusion_bake.path = r" ///more\{object} "
+    assert press() == {"FINISHED"}
+    assert (tmp_path / "more" / "Floor.png").is_file()
 
 
 def test_a_second_bake_goes_into_the_same_image_and_file(scene: Any, tmp_path: Path) -> None:
@@ -109,6 +112,10 @@ def test_from_the_file_to_a_folder_and_back_its_users_follow(scene: Any, tmp_pat
         ("{object!z}", "only"),
         ("{width:99999999999}", "only"),
         ("", "empty"),
+        ("textures/", "it is a folder; end it in a file's name"),
+        (r"textures\.png", "it is a folder"),
+        ("..", "it is a folder"),
+        ("/", "it is a folder"),
     ],
 )
 def test_a_template_that_cannot_be_filled(scene: Any, tmp_path: Path, path: str, words: str) -> None:
@@ -167,6 +174,9 @@ def test_a_path_begins_at_home_or_beside_the_blend_file(
         press()
     scene.path = "~nobody_at_all/{object}"
     with pytest.raises(RuntimeError, match="no such user"):
+        press()
+    scene.path = "~"
+    with pytest.raises(RuntimeError, match="it is a folder"):
         press()
     assert not list(tmp_path.iterdir())
     scene.path = "~/textures/{object}"

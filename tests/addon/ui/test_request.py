@@ -10,6 +10,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.ui.request import KEPT, request_from_image  # noqa: E402
+from occlusion_bake.addon.ui.request_renewal import renew  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.blender import bake_onto, set_panel  # noqa: E402
@@ -46,6 +47,8 @@ def test_no_kept_setting_of_another_kind_is_taken(image: Any) -> None:
 def test_what_is_no_order_is_told(image: Any, kept: object) -> None:
     image[KEPT] = kept
     refused(image, "does not tell")
+    renew()  # as when the file is saved
+    assert image[KEPT] == kept
 
 
 @pytest.mark.parametrize("name", ["highs", "targets", "excluded", "occluders"])
