@@ -19,8 +19,9 @@ import numpy as np
 from ..base.arrays import Doubles, Flags, Longs
 from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
-from ..scene.world_mesh import bounds_of, mirrors, world_mesh
+from ..scene.world_mesh import bounds_of
 from .embree import Device
+from .flat_mesh import flat_mesh
 from .kernel_api import Control
 from .pieces import Piece, pieces_of
 from .ray_options import ALL_OCCLUDERS, RayOptions
@@ -153,19 +154,19 @@ class Occluders:
         scene, numbers = TraceScene(self._device), dict[int, int]()
         for place in sorted(own):
             if reached[place]:
-                numbers[place] = self._add_flat(scene, self._instances[place], part.origin)
+                numbers[place] = self._add_flat(scene, self._instances[place], part)
                 reached[place] = False
         budget = min(max(rays / RAYS_A_TRIANGLE, LEAST_COPIED), MOST_COPIED)
         if int(self._triangles[reached].sum()) <= budget:  # nothing need be cut up
             for place in np.flatnonzero(reached).tolist():
-                numbers[place] = self._add_flat(scene, self._instances[place], part.origin)
+                numbers[place] = self._add_flat(scene, self._instances[place], part)
                 reached[place] = False
         rows = self._rows_but(own) if reached.any() else _no_rows()
         used = np.flatnonzero(reached[rows.place])
         flat = _stands_flat(rows, used, part, budget)
         for row in used[flat].tolist():
             piece, instance = rows.pieces[row], self._instances[rows.place[row]]
-            self._add_flat(scene, replace(instance, mesh=piece.mesh, cutout=piece.cutout), part.origin)
+            self._add_flat(scene, replace(instance, mesh=piece.mesh, cutout=piece.cutout), part)
         self._add_instances(scene, rows, used[~flat], part.origin, control)
         scene.commit(control)
         triangles = int(self._triangles[list(numbers)].sum())
@@ -203,13 +204,10 @@ class Occluders:
         triangles = np.array([len(each.mesh.triangles) for each in every], dtype=np.int64)
         return _Rows(every, of, middle, half, _stretch(self._linear)[of], triangles)
 
-    def _add_flat(self, scene: TraceScene, instance: Instance, origin: Doubles) -> int:
+    def _add_flat(self, scene: TraceScene, instance: Instance, part: Part) -> int:
         """Returns its number."""
-        copy, ray_filter = world_mesh(instance, origin), RayFilter(instance.cutout, self._options.front_only)
-        if instance.cutout is not None and mirrors(instance):  # corners have changed places
-            swapped = np.ascontiguousarray(instance.cutout.uv[:, [0, 2, 1]])
-            ray_filter = replace(ray_filter, cutout=replace(instance.cutout, uv=swapped))
-        return scene.add(copy.vertices, copy.triangles, ray_filter)
+        flat = flat_mesh(instance, part)
+        return scene.add(flat.vertices, flat.triangles, RayFilter(flat.cutout, self._options.front_only), flat.whole)
 
     def _add_instances(
         self, scene: TraceScene, rows: _Rows, which: Longs, origin: Doubles, control: Control | None

@@ -56,15 +56,21 @@ class TraceScene:
         api.check(api.library().ob_scene_begin(device.handle, byref(self.handle)))
         api.release_with(self, "ob_scene_free", self.handle)
         self._count = 0
+        self._whole: dict[int, Ints] = {}
         self._kept: list[RayFilter] = []  # the kernel reads their arrays where they are
 
-    def add(self, vertices: Floats, triangles: Ints, ray_filter: RayFilter = OPAQUE) -> int:
-        """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32. Returns their number in it, -1 for none."""
+    def add(self, vertices: Floats, triangles: Ints, ray_filter: RayFilter = OPAQUE, whole: Ints | None = None) -> int:
+        """Triangles in the scene's frame: (V, 3) float32 and (T, 3) int32. Returns their number in it, -1 for none.
+
+        whole: (T,) int32, which triangle each is a piece of, for those who ask what was hit.
+        """
         if not len(triangles):
             return -1
         mesh = (*_mesh(vertices, triangles), *_filter_of(ray_filter, len(triangles)))
         api.check(api.library().ob_scene_add_triangles(self.handle, *mesh))
         self._kept.append(ray_filter)
+        if whole is not None:
+            self._whole[self._count] = whole
         self._count += 1
         return self._count - 1
 
@@ -105,6 +111,9 @@ class TraceScene:
         )
         where = (api.address(hits, _HIT, count), api.pointer_to(control))
         api.check(api.library().ob_first_hits(self.handle, *rays, len(origins), threads, *where))
+        for geometry, whole in self._whole.items():
+            here = hits["geometry"] == geometry
+            hits["triangle"][here] = whole[hits["triangle"][here]]
         weights = np.stack([1.0 - hits["u"] - hits["v"], hits["u"], hits["v"]], axis=1)
         return Hits(hits["distance"].copy(), hits["geometry"].copy(), hits["triangle"].copy(), weights)
 
@@ -118,7 +127,7 @@ _HIT = np.dtype(
 class Hits:
     """Where rays meet triangles. distance: (N,) float32 in lengths of the direction, inf for none. geometry, triangle:
     (N,) int32, the scene's number of what is met and the triangle of it, -1 for none. weights: (N, 3) float32 of the
-    triangle's corners."""
+    corners of the triangle, or of the piece of it that was traced."""
 
     distance: Floats
     geometry: Ints
