@@ -31,6 +31,7 @@ from ..output.blender_images import TileFiles, show_picture, tile_files
 from ..output.color_attributes import store_colours
 from ..output.destination import CHANNEL
 from ..output.material_links import has_linked_images, link_images, unlink_images
+from ..output.node_materials import lines_on_node_materials
 from ..output.result import Result
 from ..read.block_ref import BlockRef, find
 from ..typed import Ended, library_of, mesh_of, view_layer_in
@@ -334,6 +335,8 @@ def put(
                 turned=turned,
                 among=set(objects),
             )
+            if images and request.preview:
+                result.baked.warnings += lines_on_node_materials(context, obj)
 
 
 def _shown_map(obj: bpy.types.Object, target: Instance) -> str | None:

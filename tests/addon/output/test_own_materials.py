@@ -174,6 +174,28 @@ def test_objects_that_show_one_image_share_a_material(with_others: bool) -> None
     assert list(bpy.data.materials) == [common] and not shown(objects[0])
 
 
+@pytest.mark.parametrize("in_slot", [False, True])
+def test_what_nodes_give_shows_the_maps_by_a_slot_or_a_line_says_so(in_slot: bool, registered: None) -> None:
+    common = paint()
+    objects = row(2, of=common) if in_slot else [blender.plane("Plane 0")]
+    nodes = bpy.data.node_groups.new("Nodes", "GeometryNodeTree")
+    for side in ("INPUT", "OUTPUT"):
+        nodes.interface.new_socket("Geometry", in_out=side, socket_type="NodeSocketGeometry")
+    kinds = ("NodeGroupInput", "GeometryNodeSetMaterial", "NodeGroupOutput")
+    first, given, last = (nodes.nodes.new(kind) for kind in kinds)
+    given.inputs["Material"].default_value = common
+    nodes.links.new(first.outputs[0], given.inputs[0])
+    nodes.links.new(given.outputs[0], last.inputs[0])
+    objects[0].modifiers.new("Painter", "NODES").node_group = nodes
+    set_panel(width=8, height=8, quality="RAYS", rays=4, use_material=True)
+    assert bake_onto("Plane 0") == {"FINISHED"}
+    line = "Plane 0: its modifier Painter gives faces the material Paint, which is in no slot"
+    assert (line in bpy.context.window_manager.occlusion_bake.lines) != in_slot
+    evaluated = objects[0].evaluated_get(bpy.context.evaluated_depsgraph_get())
+    slot = evaluated.data.polygons[0].material_index
+    assert any("occlusion_bake" in node for node in evaluated.material_slots[slot].material.node_tree.nodes) == in_slot
+
+
 def test_a_part_of_those_shares_a_new_copy() -> None:
     """As an atlas of some of an atlas' objects."""
     common = paint()
