@@ -261,6 +261,10 @@ def _parts(context: bpy.types.Context, refs: Sequence[BlockRef], request: ChartR
             if obj is None:
                 gone = "removed" if find(bpy.data.objects, ref) is None else "taken out of the view layer that is shown"
                 raise InputError(f"{ref.label}: it was {gone} while its charts were made; start again")
+            if obj.type != "MESH":
+                raise InputError(
+                    f"{ref.label}: it was made another kind of object while its charts were made; start again"
+                )
             base = base_triangles(context, obj)
             vertices = base.vertices
             if request.atlas:

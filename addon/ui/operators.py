@@ -280,14 +280,15 @@ _Found = tuple[BlockRef, bpy.types.Object, Instance]  # an object, as it is, and
 
 
 def _still_there(result: Result, outcome: Outcome) -> list[_Found]:
-    """The objects that were baked. Of an atlas those that the artist has removed, or whose charts, are refused; raises
-    InputError where none is left."""
+    """The objects that were baked. Of an atlas those that the artist has removed or converted, or whose charts are
+    removed, are refused; raises InputError where none is left."""
     found = []
     for ref, target in zip(result.objects, result.targets, strict=True):
         obj = find(bpy.data.objects, ref)
-        if obj is None:
+        if obj is None or obj.type != "MESH":
+            gone = "removed" if obj is None else "made another kind of object"
             left = "nothing was written for it" if result.is_first else "its last tiles are not baked"
-            refusal = InputError(f"{ref.label}: removed during the bake; {left}")
+            refusal = InputError(f"{ref.label}: {gone} during the bake; {left}")
         elif ref in outcome.charting.made and outcome.charting.request.layer not in mesh_of(obj).uv_layers:
             refusal = InputError(f"{ref.label}: its UV charts were removed during the bake; bake again")
         else:

@@ -164,6 +164,11 @@ def edit_in_another_scene() -> None:
     go_to_another_scene()
 
 
+def make_points() -> None:
+    select(bpy.data.objects["Right"])
+    bpy.ops.object.convert(target="POINTCLOUD")
+
+
 def subdivide() -> None:
     bpy.data.objects["Left"].select_set(False)
     edit()
@@ -192,6 +197,7 @@ def test_what_the_artist_does_meanwhile_changes_no_colour(
     ("act", "line"),
     [
         (lambda: bpy.data.objects.remove(bpy.data.objects["Right"]), "Right: removed during the bake"),
+        (make_points, "Right: made another kind of object during the bake; nothing was written for it"),
         (subdivide, "Right: its faces were changed during the bake; bake again"),
         (edit_in_another_scene, "Right: it is in Edit Mode in another scene"),
         (lambda: bpy.data.objects["Right"].vertex_groups.new(name="AO"), "Right: it has a vertex group AO"),
