@@ -124,7 +124,8 @@ class Occluders:
         """
         part = part or parts_of(target)[0]
         own = frozenset(self._place_of(each) for each in surface or [target]) - {-1}
-        key = (target.name, id(target.mesh), target.matrix.tobytes(), part.origin.tobytes(), own, rays)
+        box = part.low.tobytes(), part.high.tobytes()
+        key = (target.name, id(target.mesh), target.matrix.tobytes(), *box, own, rays)
         if self._latest is None or self._latest[0] != key:
             self._latest = None  # free the old tree before the new one grows
             self._latest = key, self._build(self._within_reach(target, part), part, own, rays, control)

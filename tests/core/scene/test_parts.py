@@ -169,3 +169,19 @@ def test_scattered_parts_of_a_body_stay_with_it() -> None:
     body = shapes.grid(10.0, 40)
     (part,) = parts_of(Instance("target", joined(body, *bolts), np.eye(4)))
     assert part.triangles is None
+
+
+def test_parts_about_one_origin_are_each_traced_among_what_is_near_them() -> None:
+    """A patch in the middle of a wide box, and a lid that is near the top of the box alone."""
+    patch = shapes.grid(0.5, 4)
+    walls = shapes.block(half=1e5)
+    beside = [replace(each, uv=0.45 * each.uv + np.float32([left, 0.0])) for each, left in ((patch, 0.0), (walls, 0.5))]
+    target = shapes.instance(shapes.joined(beside))
+    parts = parts_of(target)
+    assert len(parts) == 2 and np.array_equal(parts[0].origin, parts[1].origin)
+    lid = shapes.instance(shapes.turned_over(shapes.plane(1e6, 1e5 + 1.0, name="lid")))
+    (made,) = bake(
+        Scene([target], [target, lid]), flat_settings(width=64, height=32, margin=0, rays=16, distance=100.0)
+    )
+    values = made.maps["ao"].values[made.maps["ao"].covered]
+    assert np.count_nonzero(values < 0.5) > 20
