@@ -114,7 +114,7 @@ class PartBaker:
         if (highs := shared.scene.highs.get(target.name)) is None:
             return surface
         control = shared.progress.enter(f"{target.name}: looking for high meshes", _LOOK)
-        return onto_high_poly(target, highs, surface, frame.origin, shared.device, control=control)
+        return onto_high_poly(target, highs, surface, part, shared.device, control=control)
 
     def _with_normal_maps(self, surface: TexelSurface) -> TexelSurface:
         shared, target = self._shared, self._layout.target

@@ -11,61 +11,88 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..base.arrays import Doubles, Floats, Ints, Longs
+from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..scene.cutout import Cutout
 from ..scene.parts import Part
 from ..scene.scene import Instance
-from ..scene.world_mesh import mirrors, world_mesh
+from ..scene.world_mesh import WorldMesh, mirrors, world_mesh, world_surface
 
 _LONGEST = 8.0  # radii of the part: edges up to here are left as they are
 
 
 @dataclass(frozen=True, eq=False)
 class FlatMesh:
-    """vertices (V, 3) float32, triangles (T, 3) int32, and what of them is cut out. whole: (T,) int32, which triangle
-    of the mesh each is, or is split from; None where they are the same."""
+    """vertices (V, 3) float32, triangles (T, 3) int32. whole: (T,) int32, which triangle of the mesh each is, or is a
+    piece of; None where they are the same. weights: (P, 3, 3) float64, the corners of the last P triangles in weights
+    of those of the whole; all others are whole."""
 
     vertices: Floats
     triangles: Ints
-    cutout: Cutout | None
     whole: Ints | None = None
+    weights: Doubles | None = None
+
+    def of_corners(self, values: Floats) -> Floats:
+        """(T', 3, C) float32 of the mesh's corners → (T, 3, C) of these triangles'."""
+        if self.whole is None or self.weights is None:
+            return values
+        count = len(self.whole) - len(self.weights)
+        pieces = self.weights @ values[self.whole[count:]].astype(np.float64)
+        return np.concatenate([values[self.whole[:count]], pieces.astype(np.float32)])
 
 
-def flat_mesh(instance: Instance, part: Part) -> FlatMesh:
-    """About the part's origin; outward even under a mirroring matrix."""
-    copy, cutout = world_mesh(instance, part.origin), instance.cutout
-    if cutout is not None and mirrors(instance):  # corners have changed places
-        cutout = replace(cutout, uv=np.ascontiguousarray(cutout.uv[:, [0, 2, 1]]))
-    flat = FlatMesh(copy.vertices, copy.triangles, cutout)
+def flat_mesh(instance: Instance, part: Part, *, level: bool = False) -> FlatMesh:
+    """About the part's origin; outward even under a mirroring matrix. level: split triangles along two axes, too: they
+    stay in their plane however they are rounded, but a point on them is lifted by what they might be."""
+    copy = world_mesh(instance, part.origin)
+    flat = FlatMesh(copy.vertices, copy.triangles)
     if np.abs(copy.vertices).max(initial=0.0) <= _LONGEST * part.radius:
         return flat
     corners = copy.vertices[copy.triangles].astype(np.float64)
     long = (_long_edges(corners, part) > 0.0).any(axis=1)
-    if (np.ptp(corners[long], axis=1) == 0.0).any(axis=1).all():
-        return flat  # nothing, or level ones, which rounding leaves in their plane
+    if not long.any() or (not level and (np.ptp(corners[long], axis=1) == 0.0).any(axis=1).all()):
+        return flat
     exact = instance.mesh.vertices[copy.triangles[long]].astype(np.float64) @ instance.matrix[:3, :3].T
-    return _with_split(flat, np.flatnonzero(long), exact + (instance.matrix[:3, 3] - part.origin), part)
+    return _with_split(flat, long, exact + (instance.matrix[:3, 3] - part.origin), part)
 
 
-def _with_split(flat: FlatMesh, those: Longs, corners: Doubles, part: Part) -> FlatMesh:
-    """With these triangles split, (N,), whose exact corners are (N, 3, 3); all others as they were."""
-    kept = np.ones(len(flat.triangles), dtype=np.bool_)
-    kept[those] = False
-    uv = np.zeros((len(those), 3, 2)) if flat.cutout is None else flat.cutout.uv[those].astype(np.float64)
-    pieces, whole = _split(np.concatenate([corners, uv], axis=2), those, part)
-    vertices = np.concatenate([flat.vertices, pieces[:, :, :3].reshape(-1, 3).astype(np.float32)])
-    more = len(flat.vertices) + np.arange(3 * len(pieces), dtype=np.int32).reshape(-1, 3)
-    triangles = np.concatenate([flat.triangles[kept], more])
-    whole = np.concatenate([np.flatnonzero(kept), whole])
-    cutout = flat.cutout
-    if cutout is not None:
-        laid = np.concatenate([cutout.uv[kept], pieces[:, :, 3:].astype(np.float32)])
-        cutout = replace(cutout, alpha=cutout.alpha[whole], uv=laid)
-    return FlatMesh(vertices, triangles, cutout, whole.astype(np.int32))
+def flat_cutout(instance: Instance, flat: FlatMesh) -> Cutout | None:
+    """What of an instance's flat mesh is cut out."""
+    cutout = instance.cutout
+    if cutout is None:
+        return None
+    uv = cutout.uv[:, [0, 2, 1]] if mirrors(instance) else cutout.uv  # corners have changed places
+    alpha = cutout.alpha if flat.whole is None else cutout.alpha[flat.whole]
+    return replace(cutout, alpha=alpha, uv=np.ascontiguousarray(flat.of_corners(uv)))
+
+
+def flat_surface(instance: Instance, part: Part) -> WorldMesh:
+    """A surface to take points from, without its UVs."""
+    surface, flat = world_surface(instance, part.origin), flat_mesh(instance, part, level=True)
+    return WorldMesh(
+        flat.vertices,
+        flat.triangles,
+        normals=None if surface.normals is None else flat.of_corners(surface.normals),
+        faces=surface.faces if surface.faces is None or flat.whole is None else surface.faces[flat.whole],
+    )
+
+
+def _with_split(flat: FlatMesh, long: Flags, corners: Doubles, part: Part) -> FlatMesh:
+    """With some triangles split, (T,) bool, whose exact corners are (N, 3, 3); all others as they were."""
+    weights = np.broadcast_to(np.eye(3), corners.shape)
+    pieces, whole = _split(np.concatenate([corners, weights], axis=2), np.flatnonzero(long), part)
+    places, weights = pieces[:, :, :3].reshape(-1, 3), pieces[:, :, 3:]
+    return FlatMesh(
+        np.concatenate([flat.vertices, places.astype(np.float32)]),
+        np.concatenate(
+            [flat.triangles[~long], len(flat.vertices) + np.arange(len(places), dtype=np.int32).reshape(-1, 3)]
+        ),
+        np.concatenate([np.flatnonzero(~long), whole]).astype(np.int32),
+        weights,
+    )
 
 
 def _split(corners: Doubles, whole: Longs, part: Part) -> tuple[Doubles, Longs]:
-    """Triangles, (N, 3, 5) with UVs, and which each is, (N,), split until no edge is long.
+    """Triangles, (N, 3, 6) with weights, and which each is, (N,), split until no edge is long.
 
     It depends on an edge alone whether and where it is halved, so that neighbours stay closed to the bit.
     """

@@ -21,7 +21,7 @@ from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
 from ..scene.world_mesh import bounds_of
 from .embree import Device
-from .flat_mesh import flat_mesh
+from .flat_mesh import flat_cutout, flat_mesh
 from .kernel_api import Control
 from .pieces import Piece, pieces_of
 from .ray_options import ALL_OCCLUDERS, RayOptions
@@ -208,7 +208,8 @@ class Occluders:
     def _add_flat(self, scene: TraceScene, instance: Instance, part: Part) -> int:
         """Returns its number."""
         flat = flat_mesh(instance, part)
-        return scene.add(flat.vertices, flat.triangles, RayFilter(flat.cutout, self._options.front_only), flat.whole)
+        ray_filter = RayFilter(flat_cutout(instance, flat), self._options.front_only)
+        return scene.add(flat.vertices, flat.triangles, ray_filter, flat.whole)
 
     def _add_instances(
         self, scene: TraceScene, rows: _Rows, which: Longs, origin: Doubles, control: Control | None

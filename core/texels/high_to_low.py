@@ -16,10 +16,11 @@ from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..base.errors import InputError
 from ..base.triangles import area_of, texels_of, unit_normals
 from ..rays.embree import Device
+from ..rays.flat_mesh import flat_surface
 from ..rays.kernel_api import Control
 from ..rays.texel_surface import TexelSurface
 from ..rays.trace_scene import TraceScene
-from ..scene.parts import parts_of
+from ..scene.parts import Part, parts_of
 from ..scene.scene import HighPoly, Instance, Mesh
 from ..scene.world_mesh import WorldMesh, world_mesh, world_surface
 
@@ -47,28 +48,28 @@ def onto_high_poly(
     target: Instance,
     highs: HighPoly,
     low: TexelSurface,
-    origin: Doubles,
+    part: Part,
     device: Device,
     *,
     control: Control | None = None,
 ) -> TexelSurface:
     """The surface to bake in the place of a target's own.
 
-    low: the target about `origin` ((3,) float64). Each texel becomes a triangle of no size, at the point that it sees,
+    low: the part of the target, about its origin. Each texel becomes a triangle of no size, at the point that it sees,
     and those that see none lose their owner. Raises InputError where the cage is no cage of the target's; Cancelled,
     MemoryError.
     """
-    surfaces = [world_surface(each, origin) for each in highs.meshes]
+    surfaces = [flat_surface(each, part) for each in highs.meshes]
     scene = TraceScene(device)
     numbers = [scene.add(each.vertices, each.triangles) for each in surfaces]
     if max(numbers, default=-1) < 0:
         raise InputError(f"{target.name}: what it is baked from has no faces; choose high meshes that have")
     scene.commit(control)
     owned = np.flatnonzero(low.covered)
-    starts, ways = _rays(target, highs, low, owned, origin)
+    starts, ways = _rays(target, highs, low, owned, part.origin)
     present = [each for each, number in zip(surfaces, numbers, strict=True) if number >= 0]
-    parts = [slice(first, first + _AT_A_TIME) for first in range(0, len(owned), _AT_A_TIME)]
-    seen = [_seen(scene, present, starts[part], ways[part], low.threads, control) for part in parts]
+    batches = [slice(first, first + _AT_A_TIME) for first in range(0, len(owned), _AT_A_TIME)]
+    seen = [_seen(scene, present, starts[batch], ways[batch], low.threads, control) for batch in batches]
     del starts, ways
     return _patches(low, owned, seen)
 

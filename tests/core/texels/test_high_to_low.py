@@ -187,3 +187,21 @@ def test_without_faces_there_is_nothing_to_bake_from() -> None:
     nothing = shapes.instance(replace(empty, triangles=empty.triangles[:0], uv=empty.uv[:0]))
     with pytest.raises(InputError, match="low: what it is baked from has no faces"):
         baked(low, nothing)
+
+
+@pytest.mark.parametrize("under", [np.eye(4), shapes.SKEW @ np.diag([-1.0, 1.0, 1.0, 1.0])], ids=["level", "leaning"])
+def test_a_high_mesh_may_be_much_wider_than_the_low_one(under: np.ndarray) -> None:
+    """A patch of floor baked from a floor a million times as wide, beside a wall that stands on that: to a half of a
+    ray what it is by a floor ten times as wide."""
+
+    def baked(half: float) -> np.ndarray:
+        floor = shapes.quad((-half, -1.2 * half, 2e-4), (2 * half, 0, 0), (0, 2 * half, 0), name="floor")
+        wall = shapes.quad((0, -1, 0.01), (0, 2, 0), (0, 0, 2), name="wall")
+        highs = [shapes.instance(each, under) for each in (floor, wall)]
+        low = shapes.instance(shapes.plane(), under, "low")
+        scene = Scene([low], highs, highs={"low": HighPoly(highs, extrusion=0.05)})
+        (made,) = bake(scene, flat_settings(width=16, height=16, margin=0, rays=64))
+        assert not made.warnings
+        return made.maps["ao"].values
+
+    assert np.abs(baked(1e6) - baked(10.0)).max() <= 0.5 / 64
