@@ -179,6 +179,7 @@ def _stored(path: Path, *, pixels: bool = True) -> tuple[Any, NDArray[Any]]:
         raise InputError(f"{path}: it is {found.upper()} by what it holds; name it so, or save it anew")
     spec = openimageio().ImageSpec(image.spec())
     spec.attribute("oiio:UnassociatedAlpha", 1)
+    spec.tile_width = spec.tile_height = spec.tile_depth = 0  # tiles are rows from then on, which `_is_whole` reads
     values = _pixels(path, image, spec.format) if pixels else np.empty(0)
     several = image.seek_subimage(1, 0)
     image.close()

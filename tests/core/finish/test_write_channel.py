@@ -14,10 +14,11 @@ from occlusion_bake.core.finish.image_file import check_channel, openimageio, re
 RAMP = np.linspace(0, 1, 12 * 8, dtype=np.float32).reshape(8, 12)
 
 
-def image(path: Path, channels: int, kind: str, **attributes: Any) -> np.ndarray:
-    """Write an image of noise; returns its values as they are read."""
+def image(path: Path, channels: int, kind: str, *, tile: int = 0, **attributes: Any) -> np.ndarray:
+    """Write an image of noise, in tiles if their size is given; returns its values as they are read."""
     library = openimageio()
     spec = library.ImageSpec(12, 8, channels, kind)
+    spec.tile_width, spec.tile_height, spec.tile_depth = tile, tile, min(tile, 1)
     for name, value in attributes.items():
         spec.attribute(name, value)
     output = library.ImageOutput.create(str(path))
@@ -25,6 +26,16 @@ def image(path: Path, channels: int, kind: str, **attributes: Any) -> np.ndarray
     assert output.write_image(np.random.default_rng(5).random((8, 12, channels), dtype=np.float32))
     output.close()
     return read_image(path)[0]
+
+
+@pytest.mark.parametrize("name", ["a.exr", "a.tif"])
+def test_images_in_tiles_take_it_too(tmp_path: Path, name: str) -> None:
+    before = image(tmp_path / name, 3, "float", tile=16)
+    assert openimageio().ImageInput.open(str(tmp_path / name)).spec().tile_width == 16
+    write_channel(tmp_path / name, RAMP, "G")
+    after = read_image(tmp_path / name)[0]
+    assert_array_equal(after[..., 1], RAMP)
+    assert_array_equal(after[..., [0, 2]], before[..., [0, 2]])
 
 
 @pytest.mark.parametrize(
