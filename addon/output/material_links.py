@@ -15,7 +15,7 @@ from ...core.base.errors import InputError
 from ...core.maps.occlusion import ambient_among, reflection_among
 from ..materials.node_links import nodes_of
 from ..typed import Node, Tree, library_of, mesh_of
-from .own_materials import give_back, materials_of, own_nodes, remove_made, shows_maps
+from .own_materials import give_back, materials_or_new, own_nodes, remove_made, shows_maps
 from .ownership import MARK
 from .ro_nodes import CODES, NORMAL, add_rebuild, set_rebuild
 
@@ -52,7 +52,7 @@ def link_images(
     if not (preview or gltf):
         return []
     try:
-        materials = materials_of(obj)
+        materials = materials_or_new(obj)
     except InputError as refusal:
         return [str(refusal)]
     lines = []

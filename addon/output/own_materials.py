@@ -20,7 +20,7 @@ _OF = f"{MARK} of"  # on a copy: the material that it was made of
 _MADE, _SLOT = "made", "slot"  # marks a material where there was none; a mesh whose one slot was made
 
 
-def materials_of(obj: bpy.types.Object) -> list[bpy.types.Material]:
+def materials_or_new(obj: bpy.types.Object) -> list[bpy.types.Material]:
     """Those in the object's slots, each once; where there are none one is made. Raises InputError where the object
     takes none."""
     if (library := library_of(obj)) is not None:
