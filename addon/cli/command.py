@@ -23,7 +23,7 @@ from ...core.base.errors import Cancelled, InputError
 from ...core.charts.udim import Udim
 from ...core.finish.baked import Baked
 from ...core.finish.file_names import FileNames, clean_name
-from ...core.finish.image_file import check_channel, write_channel
+from ...core.finish.image_file import SUFFIXES, check_channel, write_channel
 from ...core.finish.map_files import Folder, check_file, check_image, tile_suffix, whole_path, write_coverage
 from ...core.finish.report import (
     Json,
@@ -229,6 +229,19 @@ def _place_files(options: Any) -> None:
     if options.coverage:
         options.coverage = whole_path(options.coverage, scene_file)
         check_image(options.coverage)
+    _check_apart(options, scene_file)
+
+
+def _check_apart(options: Any, scene_file: str | Path) -> None:
+    """Each of the named files is its own: the last to be written would be all that is left. Raises InputError."""
+    if options.report and options.report.suffix.lower() in SUFFIXES:
+        raise InputError(f"--report {options.report}: it is no image; end its name in .json")
+    taken = {Path(scene_file).resolve()} if scene_file else set()
+    into = options.into[0] if options.into else None
+    for path in filter(None, (options.report, options.coverage, into)):
+        if path.resolve() in taken:
+            raise InputError(f"{path}: it is the scene, or another option's file, too; give each a file of its own")
+        taken.add(path.resolve())
 
 
 def _all_meshes(view_layer: bpy.types.ViewLayer) -> list[BlockRef]:

@@ -605,6 +605,22 @@ def test_a_folder_in_the_place_of_a_file(bake: Any, tmp_path: Path, option: str)
     bake(option, str(tmp_path / "taken.png")).refused("taken.png", "folder")
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--report", "//Plane_ao.png"), "it is no image; end its name in .json"),  # the texture's own name
+        (("--report", "//scene.blend"), "it is the scene"),
+        (("--coverage", "//x.png", "--into", "//sub/../x.png:R"), "another option's file"),
+    ],
+)
+def test_no_named_file_takes_the_place_of_another(bake: Any, tmp_path: Path, words: tuple[str, ...], told: str) -> None:
+    blender.plane()
+    (tmp_path / "sub").mkdir()
+    bake(*words).refused(told)
+    assert not (tmp_path / "scene.blend").read_bytes().startswith(b"{")
+    assert list(contents(tmp_path)) == ["scene.blend"]
+
+
 @pytest.fixture
 def tiny_disk(tmp_path: Path) -> Any:
     """A file system of 40 KB."""
