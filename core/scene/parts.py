@@ -29,6 +29,7 @@ SIZES = 1024.0
 _SHARES = (1.0 / 16.0, 1.0)
 _MOST_PARTS = (16, 64)
 _CELLS, _FEW = 256, 16  # along each axis of a box; where small triangles stand in so few of them, they are clusters
+_TINY = 1.0 / 64.0  # of a box: a cluster for which it is worth it
 _SAMPLE = 1 << 12  # triangles, that tell of most meshes that they are no clusters
 _SMALL = 1.0 / 32.0  # of a box: a triangle that is no part of what encloses the clusters
 _SHRUNK = 0.5  # what is parted must have a box this much smaller, or the box is cut
@@ -65,7 +66,8 @@ def parts_of(target: Instance, counted: Flags | None = None) -> list[Part]:
     if not len(number) or _are_large(target, number, 0.5 * float((high - low).max())):
         return [whole]
     extent = _Extent.of(target, number)
-    if 1 < len(found := list(_parted(extent, _SHARES[0], _MOST_PARTS[0], clusters=True))) <= _MOST_PARTS[0]:
+    found = list(_parted(extent, _SHARES[0], _MOST_PARTS[0], clusters=True))
+    if len(found) <= _MOST_PARTS[0] and min(each.width for each in found) <= _TINY * extent.width:
         return _as_parts(extent, found)
     for share, most in zip(_SHARES, _MOST_PARTS, strict=True):
         if not extent.far_from(whole.origin - extent.offset, share).any():
