@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -673,7 +674,19 @@ def test_a_full_disk_for_the_charts(bake: Any, tiny_disk: Path) -> None:
 STOPS = ["SIGINT", "SIGTERM", "SIGHUP"]
 
 
+@pytest.fixture
+def heard(stop: str) -> Iterator[None]:
+    """Whoever started the tests may have told their processes to ignore the signal, as nohup does."""
+    number = signal.Signals[stop]
+    before = signal.getsignal(number)
+    if before is signal.SIG_IGN:
+        signal.signal(number, signal.default_int_handler if stop == "SIGINT" else signal.SIG_DFL)
+    yield
+    signal.signal(number, before)
+
+
 @pytest.mark.skipif(os.name != "posix", reason="sends signals")
+@pytest.mark.usefixtures("heard")
 @pytest.mark.parametrize("stop", STOPS)
 def test_a_stop_leaves_everything_as_it_was(start: Any, tmp_path: Path, stop: str) -> None:
     """Also in the temporary folder, where Blender and we have been."""
@@ -697,6 +710,7 @@ def test_a_stop_leaves_everything_as_it_was(start: Any, tmp_path: Path, stop: st
 
 
 @pytest.mark.skipif(os.name != "posix", reason="sends signals")
+@pytest.mark.usefixtures("heard")
 @pytest.mark.parametrize("stop", STOPS)
 def test_a_stop_while_the_file_is_read(bake: Any, monkeypatch: pytest.MonkeyPatch, stop: str) -> None:
     from occlusion_bake.addon.cli import command
