@@ -104,15 +104,17 @@ def bake(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> Bake:
 
 
 @pytest.fixture
-def start(tmp_path: Path) -> Callable[..., subprocess.Popen[str]]:
-    """Start the command as a process of its own, as a person does: python -m occlusion_bake …, in an empty folder."""
+def start(tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Start the command as a process of its own, as a person does: python -m occlusion_bake …, in an empty folder. None
+    outlives the test."""
+    started: list[subprocess.Popen[str]] = []
 
     def popen(*words: str, environment: dict[str, str] | None = None, **options: Any) -> subprocess.Popen[str]:
         import occlusion_bake
 
         home = str(Path(occlusion_bake.__path__[0]).absolute().parent)
         path = os.pathsep.join(filter(None, (home, os.environ.get("PYTHONPATH", ""))))
-        return subprocess.Popen(
+        child = subprocess.Popen(
             [sys.executable, "-m", "occlusion_bake", *words],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -122,5 +124,10 @@ def start(tmp_path: Path) -> Callable[..., subprocess.Popen[str]]:
             env={**os.environ, "PYTHONPATH": path, **(environment or {})},
             **options,
         )
+        started.append(child)
+        return child
 
-    return popen
+    yield popen
+    for child in started:
+        child.kill()
+        child.wait()
