@@ -20,8 +20,7 @@ from ...core.base.arrays import Flags, Floats, Ints
 from ...core.base.errors import InputError
 from ...core.charts.udim import corner_of
 from ...core.scene.scene import Instance
-from ..operator_errors import cause_of
-from ..read.bake_operator import INTO_IMAGE, with_texture
+from ..read.bake_operator import INTO_IMAGE, run_operator, with_texture
 from ..read.blender_state import (
     bake_override,
     object_mode,
@@ -174,14 +173,8 @@ def run_bake(name: str, **options: Any) -> float:
     name: of what is baked, for messages. options: of the operator. Raises InputError.
     """
     start = time.perf_counter()
-    try:
-        outcome = bpy.ops.object.bake(type="AO", **{**INTO_IMAGE, **options})
-    except RuntimeError as error:
-        raise InputError(f"{name}: Cycles cannot bake it: {cause_of(error)}") from error
-    seconds = time.perf_counter() - start
-    if outcome != {"FINISHED"}:
-        raise InputError(f"{name}: Cycles gave up the bake without a reason; see Blender's console")
-    return seconds
+    run_operator(name, "bake it", "the bake", type="AO", **{**INTO_IMAGE, **options})
+    return time.perf_counter() - start
 
 
 def baked_into(image: bpy.types.Image, seconds: float) -> CyclesBake:

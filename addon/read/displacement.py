@@ -24,6 +24,7 @@ from ...core.scene.scene import Mesh
 from ..materials.displacement import MaterialDisplacement, Movers, lines_on_movers
 from ..materials.mesh_layers import values_of
 from ..typed import Node, Tree
+from .bake_operator import run_operator
 from .blender_state import bake_override, silenced
 from .cycles_scene import passing_scene
 from .mesh_arrays import corners_of, flat_triangles, flatten, positions_of, vertices_of
@@ -200,22 +201,20 @@ def _of_corners(
 ) -> Doubles:
     """(L, 3) float64: what Cycles has a little inside of a mesh's corners, places in world space, normals as colours.
     Raises InputError where it gives up."""
-    try:
-        with bake_override(bpy.context, obj, scene, scene.view_layers[0]):
-            outcome = bpy.ops.object.bake(
-                type=kind,
-                target="VERTEX_COLORS",
-                save_mode="INTERNAL",
-                use_selected_to_active=False,
-                normal_space="OBJECT",
-                normal_r="POS_X",
-                normal_g="POS_Y",
-                normal_b="POS_Z",
-            )
-    except RuntimeError as error:
-        raise InputError(f"{each.owner}: Cycles cannot displace it: {' '.join(str(error).split())}") from error
-    if outcome != {"FINISHED"}:
-        raise InputError(f"{each.owner}: Cycles gave up displacing it without a reason; see Blender's console")
+    with bake_override(bpy.context, obj, scene, scene.view_layers[0]):
+        run_operator(
+            each.owner,
+            "displace it",
+            "displacing it",
+            type=kind,
+            target="VERTEX_COLORS",
+            save_mode="INTERNAL",
+            use_selected_to_active=False,
+            normal_space="OBJECT",
+            normal_r="POS_X",
+            normal_g="POS_Y",
+            normal_b="POS_Z",
+        )
     attribute: Any = each.mesh.color_attributes.active_color
     return values_of(attribute.data, "color", len(each.mesh.loops), 4)[:, :3].astype(np.float64)
 

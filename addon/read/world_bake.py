@@ -16,11 +16,9 @@ import bpy
 import numpy as np
 
 from ...core.base.arrays import Doubles, Floats
-from ...core.base.errors import InputError
 from ...core.spherical.octahedral_map import on_octahedron
-from ..operator_errors import cause_of
 from ..typed import mesh_of, pixels_in
-from .bake_operator import INTO_IMAGE, with_texture
+from .bake_operator import INTO_IMAGE, run_operator, with_texture
 from .blender_state import bake_override, passing_object, silenced
 from .cycles_scene import passing_scene
 from .world_nodes import show_to_surfaces
@@ -91,9 +89,4 @@ def _image_on(obj: bpy.types.Object, side: int) -> Iterator[bpy.types.Image]:
 
 
 def _bake(world: Any) -> None:
-    try:
-        outcome = bpy.ops.object.bake(type="ENVIRONMENT", **INTO_IMAGE)
-    except RuntimeError as error:
-        raise InputError(f"{world.name}: Cycles cannot evaluate it: {cause_of(error)}") from error
-    if outcome != {"FINISHED"}:
-        raise InputError(f"{world.name}: Cycles gave up its evaluation without a reason; see Blender's console")
+    run_operator(world.name, "evaluate it", "its evaluation", type="ENVIRONMENT", **INTO_IMAGE)

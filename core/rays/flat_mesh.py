@@ -40,19 +40,9 @@ class FlatMesh:
         return np.concatenate([values[self.whole[:count]], pieces.astype(np.float32)])
 
 
-def flat_mesh(instance: Instance, part: Part, *, level: bool = False) -> FlatMesh:
-    """About the part's origin; outward even under a mirroring matrix. level: split triangles along two axes, too: they
-    stay in their plane however they are rounded, but a point on them is lifted by what they might be."""
-    copy = world_mesh(instance, part.origin)
-    flat = FlatMesh(copy.vertices, copy.triangles)
-    if np.abs(copy.vertices).max(initial=0.0) <= _LONGEST * part.radius:
-        return flat
-    corners = copy.vertices[copy.triangles].astype(np.float64)
-    long = (_long_edges(corners, part) > 0.0).any(axis=1)
-    if not long.any() or (not level and (np.ptp(corners[long], axis=1) == 0.0).any(axis=1).all()):
-        return flat
-    exact = instance.mesh.vertices[copy.triangles[long]].astype(np.float64) @ instance.matrix[:3, :3].T
-    return _with_split(flat, long, exact + (instance.matrix[:3, 3] - part.origin), part)
+def flat_mesh(instance: Instance, part: Part) -> FlatMesh:
+    """About the part's origin; outward even under a mirroring matrix."""
+    return _flattened(world_mesh(instance, part.origin), instance, part, level=False)
 
 
 def flat_cutout(instance: Instance, flat: FlatMesh) -> Cutout | None:
@@ -67,13 +57,28 @@ def flat_cutout(instance: Instance, flat: FlatMesh) -> Cutout | None:
 
 def flat_surface(instance: Instance, part: Part) -> WorldMesh:
     """A surface to take points from, without its UVs."""
-    surface, flat = world_surface(instance, part.origin), flat_mesh(instance, part, level=True)
+    surface = world_surface(instance, part.origin)
+    flat = _flattened(surface, instance, part, level=True)
     return WorldMesh(
         flat.vertices,
         flat.triangles,
         normals=None if surface.normals is None else flat.of_corners(surface.normals),
         faces=surface.faces if surface.faces is None or flat.whole is None else surface.faces[flat.whole],
     )
+
+
+def _flattened(copy: WorldMesh, instance: Instance, part: Part, *, level: bool) -> FlatMesh:
+    """Of the instance's world mesh about the part's origin. level: split triangles along two axes, too: they stay in
+    their plane however they are rounded, but a point on them is lifted by what they might be."""
+    flat = FlatMesh(copy.vertices, copy.triangles)
+    if np.abs(copy.vertices).max(initial=0.0) <= _LONGEST * part.radius:
+        return flat
+    corners = copy.vertices[copy.triangles].astype(np.float64)
+    long = (_long_edges(corners, part) > 0.0).any(axis=1)
+    if not long.any() or (not level and (np.ptp(corners[long], axis=1) == 0.0).any(axis=1).all()):
+        return flat
+    exact = instance.mesh.vertices[copy.triangles[long]].astype(np.float64) @ instance.matrix[:3, :3].T
+    return _with_split(flat, long, exact + (instance.matrix[:3, 3] - part.origin), part)
 
 
 def _with_split(flat: FlatMesh, long: Flags, corners: Doubles, part: Part) -> FlatMesh:
