@@ -10,10 +10,10 @@ from itertools import count
 import numpy as np
 
 from .base.arrays import Doubles, Floats, Ints, Longs
+from .base.kernel_api import Control
 from .base.timing import Stopwatch
 from .progress import Stages
 from .rays.accumulators import Accumulator
-from .rays.kernel_api import Control
 from .rays.map_spec import MapSpec, count_images, image_slices
 from .rays.texel_surface import TexelSurface
 from .rays.trace_scene import TraceScene

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from .base.arrays import Floats
 from .base.errors import Cancelled
-from .rays.kernel_api import Control
+from .base.kernel_api import Control
 from .scene.scene import Instance
 
 _EARLY = 0.03  # of a bake: before that what it took says little about what is left

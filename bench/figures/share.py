@@ -8,7 +8,7 @@ import subprocess
 import sys
 from typing import Any
 
-from ...core.rays.kernel_api import profile
+from ...core.base.kernel_api import profile
 from ...core.rays.map_spec import AO, reflection
 from ...samples.scenes import SCENES, build
 from ...tests.oracles.settings import flat_settings

@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from ..base.errors import InputError
-from .kernel_api import DeviceInfo, check, library, release_with
+from ..base.kernel_api import DeviceInfo, check, library, release_with
 
 OVERRIDE = "OCCLUSION_BAKE_EMBREE"  # a path; nothing else is tried then
 _NAMES = {"win32": "embree4*.dll", "darwin": "libembree4*.dylib"}

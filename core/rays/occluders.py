@@ -17,12 +17,12 @@ from itertools import chain
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Longs
+from ..base.kernel_api import Control
 from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
 from ..scene.world_mesh import bounds_of
 from .embree import Device
 from .flat_mesh import flat_cutout, flat_mesh
-from .kernel_api import Control
 from .pieces import Piece, pieces_of
 from .ray_options import ALL_OCCLUDERS, RayOptions
 from .trace_scene import RayFilter, TraceScene

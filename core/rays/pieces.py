@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from ..base.arrays import Doubles, Floats, Ints, Longs
+from ..base.kernel_api import Control
 from ..scene.cutout import Cutout
 from ..scene.scene import Mesh
 from .embree import Device
-from .kernel_api import Control
 from .trace_scene import Geometry, RayFilter
 
 LARGEST = 1 << 13  # triangles of a piece

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ..base import kernel_api as api
 from ..base.arrays import Flags, Floats, Ints
 from ..scene.world_mesh import WorldMesh
-from . import kernel_api as api
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from ..base import kernel_api as api
 from ..base.arrays import Doubles, Flags, Floats, Ints
 from ..base.errors import InputError
 from ..scene.cutout import Cutout
-from . import kernel_api as api
 from .embree import Device
 
 

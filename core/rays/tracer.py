@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from ..base import kernel_api as api
 from ..base.arrays import Floats, Longs
 from ..scene.scene import Camera
 from ..spherical.environment import Environment
-from . import kernel_api as api
 from .map_spec import MapSpec, count_images
 from .ray_options import ALL_OCCLUDERS, RayOptions
 from .texel_surface import TexelSurface

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.arrays import Floats, Ints, Longs
 from ..base.errors import InputError
-from ..rays.kernel_api import Control
+from ..base.kernel_api import Control
 from ..rays.map_spec import reflection
 from ..rays.texel_surface import TexelSurface
 from ..rays.trace_scene import TraceScene

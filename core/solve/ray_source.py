@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from ..base.arrays import Floats, Ints, Longs
-from ..rays.kernel_api import Control
+from ..base.kernel_api import Control
 from ..rays.map_spec import MapSpec
 from .surface_filter import SurfaceFilter
 

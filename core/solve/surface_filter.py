@@ -12,8 +12,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..base import kernel_api as api
 from ..base.arrays import Floats
-from ..rays import kernel_api as api
 from ..rays.texel_surface import TexelSurface
 
 # Weights fall as exp(-sharpness (1 - cos)) of the angle between normals: to a third at 10 degrees, to nothing at a

@@ -10,8 +10,8 @@ from enum import IntEnum
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Ints
+from ..base.kernel_api import Control
 from ..base.triangles import unit_normals
-from ..rays.kernel_api import Control
 from ..rays.texel_surface import TexelSurface
 from ..rays.trace_scene import TraceScene
 from ..scene.world_mesh import WorldMesh

@@ -14,10 +14,10 @@ import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..base.errors import InputError
+from ..base.kernel_api import Control
 from ..base.triangles import area_of, texels_of, unit_normals
 from ..rays.embree import Device
 from ..rays.flat_mesh import flat_surface
-from ..rays.kernel_api import Control
 from ..rays.texel_surface import TexelSurface
 from ..rays.trace_scene import TraceScene
 from ..scene.parts import Part, parts_of

@@ -6,8 +6,8 @@ from ctypes import byref
 
 import numpy as np
 
+from ..base import kernel_api as api
 from ..base.arrays import Longs
-from ..rays import kernel_api as api
 from ..rays.texel_surface import TexelSurface
 from ..rays.trace_scene import TraceScene
 

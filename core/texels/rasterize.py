@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..base import kernel_api as api
 from ..base.arrays import Flags, Floats, Ints, Longs
 from ..base.errors import InputError
-from ..rays import kernel_api as api
 
 _MUCH_UNOWNED = 0.25  # of the surface in triangles without a texel: the image is too small for them
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from occlusion_bake.core.bake import bake
 from occlusion_bake.core.base.errors import Cancelled
+from occlusion_bake.core.base.kernel_api import Control
 from occlusion_bake.core.progress import Progress
 from occlusion_bake.core.rays.embree import open_device
-from occlusion_bake.core.rays.kernel_api import Control
 from occlusion_bake.core.rays.map_spec import AO
 from occlusion_bake.core.rays.occluders import Occluders
 from occlusion_bake.core.rays.texel_surface import TexelSurface

@@ -1,4 +1,4 @@
-"""Where the compiled kernel lies; `occlusion_bake.core.rays.kernel_api` loads it."""
+"""Where the compiled kernel lies; `occlusion_bake.core.base.kernel_api` loads it."""
 
 from pathlib import Path
 

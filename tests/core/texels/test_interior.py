@@ -10,10 +10,10 @@ import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.bake import Settings, bake
 from occlusion_bake.core.base.errors import Cancelled, InputError
+from occlusion_bake.core.base.kernel_api import Control
 from occlusion_bake.core.finish.report import object_entry, write_report
 from occlusion_bake.core.rays import occluders
 from occlusion_bake.core.rays.embree import open_device
-from occlusion_bake.core.rays.kernel_api import Control
 from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.rays.trace_scene import TraceScene
 from occlusion_bake.core.scene.scene import Instance, Mesh, Scene

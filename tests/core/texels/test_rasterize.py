@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.base.errors import Cancelled, InputError
-from occlusion_bake.core.rays.kernel_api import Control
+from occlusion_bake.core.base.kernel_api import Control
 from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.scene.world_mesh import WorldMesh
 from occlusion_bake.core.texels.rasterize import Texels, owners_by_centre, rasterize

@@ -1,4 +1,4 @@
-"""The kernel's C interface (kernel/include/occlusion_kernel.h), as ctypes sees it: structures, loading, errors."""
+"""The kernel's C interface (kernel/include/*.h), as ctypes sees it: structures, loading, errors."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.errors import Cancelled, InputError
+from .errors import Cancelled, InputError
 
-ABI_VERSION = 10
+ABI_VERSION = 11
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -112,6 +112,19 @@ class Slab(Structure):
     _fields_ = [("low", c_float), ("high", c_float), ("axis", c_int32)]
 
 
+class Packing(Structure):
+    _fields_ = [
+        ("width", c_int32),
+        ("height", c_int32),
+        ("padding", c_int32),
+        ("align", c_int32),
+        ("threads", c_int32),
+        ("scale", c_double),
+        ("kept_padding", c_int32),
+        ("reserved", c_int32),
+    ]
+
+
 _HANDLE = c_void_p
 _CONTROL = POINTER(Control)
 _MESH = [c_void_p, c_int64, c_void_p, c_int64]
@@ -144,6 +157,13 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_filter_apply": [_HANDLE, POINTER(Signal), _CONTROL],
     "ob_interior": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_first_hits": [_HANDLE, *[c_void_p] * 3, c_int64, c_int32, c_void_p, _CONTROL],
+    "ob_simplify": [*_MESH, c_void_p, c_double, c_int64, c_void_p, c_void_p, _CONTROL],
+    "ob_flatten": [*_MESH, c_void_p, c_int64, c_int32, c_void_p, c_void_p, _CONTROL],
+    "ob_overlaps": [
+        *[c_void_p, c_void_p, c_int64, c_double, c_int32, c_int64],
+        *[c_void_p, POINTER(c_int64), _CONTROL],
+    ],
+    "ob_pack": [c_void_p, c_void_p, c_int64, c_int64, POINTER(Packing), c_void_p, _CONTROL],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }
 _RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_filter_free")

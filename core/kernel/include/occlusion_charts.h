@@ -1,0 +1,63 @@
+/* The part of the kernel that makes UV charts: a mesh simplified, charts flattened, overlaps found, charts packed.
+ *
+ * The contracts of occlusion_kernel.h hold here too. Same inputs, same bits, on any number of threads. A mesh is in
+ * double precision, about its middle, its surface 1000 x 1000 large. No triangle uses a vertex twice.
+ */
+#ifndef OCCLUSION_CHARTS_H
+#define OCCLUSION_CHARTS_H
+
+#include "occlusion_kernel.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Simplifies a mesh: edges are collapsed onto one of their ends, cheapest first (quadric error), as long as that moves
+ * the surface by at most `tolerance`, and beyond that until no more than `most` triangles are left or none can go.
+ * kept: triangle_count x 3, 1 where edge i, from corner i to corner i + 1, is part of a line that is to stay in its
+ * place; edges with other than two triangles that turn the same way stay in any case. root: the triangle that is left
+ * in the place of each one; root[t] == t for those that are left themselves. corners: triangle_count x 3, the vertices
+ * of those that are left; what the others have is of no meaning. */
+OB_API int32_t ob_simplify(const double *points, int64_t vertex_count, const int32_t *triangles,
+                           int64_t triangle_count, const uint8_t *kept, double tolerance, int64_t most, int32_t *root,
+                           int32_t *corners, ob_control *control);
+
+enum ob_flattened {
+  OB_FLATTENED = 0,
+  OB_NOT_A_DISK = 1, /* closed, with more than one border, a handle, or not a surface */
+  OB_NOT_FLAT = 2    /* no map without mirrored triangles was found */
+};
+
+/* Flattens charts with little stretch: the symmetric Dirichlet energy of the map is brought down, from one without
+ * mirrored triangles to another. triangles: those of chart c are starts[c] to starts[c + 1]; a vertex belongs to one
+ * chart. uv: vertex_count x 2, in the units of the points, the area of a chart that of its surface, all triangles
+ * counter-clockwise; parts of a chart's border may lie on one another. state: one of ob_flattened for each chart. */
+OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int32_t *triangles,
+                          int64_t triangle_count, const int64_t *starts, int64_t chart_count, int32_t threads,
+                          double *uv, int32_t *state, ob_control *control);
+
+/* Pairs of triangles of one group whose insides meet by more than `tolerance` (how far one of them must be moved to
+ * part them). uv: triangle_count x 6. group: of each triangle, or NULL for one group of all. pairs: room for
+ * `capacity` x 2, lower number first, in rising order; count: how many there are, which may be more than that. */
+OB_API int32_t ob_overlaps(const double *uv, const int32_t *group, int64_t triangle_count, double tolerance,
+                           int32_t threads, int64_t capacity, int32_t *pairs, int64_t *count, ob_control *control);
+
+typedef struct ob_packing {
+  int32_t width, height, padding; /* of the image, in texels */
+  int32_t align;                  /* 1: charts may be turned so that their boxes are small; 0: by quarters alone */
+  int32_t threads;
+  double scale;         /* out: texels a unit */
+  int32_t kept_padding; /* out: the padding kept */
+  int32_t reserved;
+} ob_packing;
+
+/* Lays charts out in an image at the largest scale found, by their outlines. uv: triangle_count x 6, in any place, the
+ * charts all at one scale, counter-clockwise. chart: of each triangle, 0 to chart_count - 1. layout: triangle_count x
+ * 6, in texels, v up, from 0 to the image's width and height. */
+OB_API int32_t ob_pack(const double *uv, const int32_t *chart, int64_t triangle_count, int64_t chart_count,
+                       ob_packing *packing, double *layout, ob_control *control);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
