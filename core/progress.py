@@ -11,6 +11,7 @@ from .base.errors import Cancelled
 from .base.kernel_api import Control
 from .scene.scene import Instance
 
+_STEPS = 1000  # that a share is counted in
 _EARLY = 0.03  # of a bake: before that what it took says little about what is left
 
 
@@ -39,8 +40,8 @@ class Progress:
         self._counts_rays = False
 
     def expect(self, objects: int) -> None:
-        """How many objects the bake has, where that was not known at first."""
-        self._objects = max(objects, 1)
+        """How many objects are left, where that was not known at first."""
+        self._objects = max(self._finished + objects, 1)
 
     def enter(self, stage: str, share: tuple[float, float] = (0.0, 0.0), *, rays: bool = False) -> Control:
         """Begin a stage, as the artist reads it ("Suzanne: tracing"). Returns the control for its kernel call.
@@ -53,6 +54,13 @@ class Progress:
         self._measure(share)
         self.stage, self._entered, self._counts_rays = stage, time.monotonic(), rays
         return self.control
+
+    def reach(self, share: float, stage: str) -> None:
+        """Within the stage that was entered: how much of it is done, 0 to 1, and what is being done. Raises Cancelled
+        after `cancel`. May be called from another thread."""
+        self.raise_if_cancelled()
+        self.stage = stage
+        self.control.total, self.control.done = _STEPS, round(share * _STEPS)
 
     def begin_part(self, number: int, count: int) -> None:
         """The shares of stages are those of one of so many parts of the object, from here on."""

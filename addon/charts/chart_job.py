@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.base.arrays import Doubles, Floats
+from ...core.base.arrays import Doubles, Flags, Floats
 from ...core.base.errors import InputError, NoUnwrapper
 from ...core.base.timing import Stopwatch
 from ...core.charts.unwrap import Charts, has_unwrapper
@@ -21,9 +21,10 @@ from ..read.block_ref import BlockRef, find
 from ..read.rendered_maps import Objects, refused_without_faces, rendered_maps
 from ..read.scene_reader import matrix_of
 from ..typed import library_of, mesh_of, view_layer_in
+from .base_mesh import BaseTriangles, base_triangles
 from .chart_survival import refused_charts, refused_map
 from .smart_project import smart_unwrap
-from .uv_maps import BaseTriangles, base_triangles, check_room, write_uv
+from .uv_maps import check_room, write_uv
 
 CHARTS, SMART = "charts", "smart"  # as the UV map of the options: make one, by xatlas or by Blender
 CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"  # and what it is called
@@ -124,7 +125,7 @@ def _charts_of(context: bpy.types.Context, refs: list[BlockRef], charting: Chart
     if not refs:
         return
     title = charting.request.atlas or refs[0].label
-    progress.enter(f"{title}: making UV charts")
+    progress.enter(f"{title}: making UV charts", (0.0, 1.0))
     try:
         with charting.clock.stage(f"charts of {title}"):
             said = yield from _make(
@@ -225,6 +226,7 @@ def _unwrapped(
     vertices = np.concatenate([part.vertices for part in parts])
     triangles = np.concatenate([part.base.triangles + start for part, start in zip(parts, starts, strict=False)])
     polygons = np.concatenate([part.base.polygons + start for part, start in zip(parts, faces, strict=False)])
+    seams = _seams(parts)
     charts: Charts = yield lambda: unwrap_in_process(
         title,
         vertices,
@@ -232,9 +234,21 @@ def _unwrapped(
         polygons.astype(np.int32),
         size=request.size,
         padding=_PADDING,
-        cancelled=lambda: bool(progress.control.cancel),
+        seams=seams,
+        progress=lambda share, stage: progress.reach(share, f"{title}: {stage}"),
     )
     return charts
+
+
+def _seams(parts: Sequence[_Part]) -> Flags | None:
+    """(T, 3) bool of all parts' triangles, None where nothing is marked."""
+    marked = [part.base.seams for part in parts]
+    if all(seams is None for seams in marked):
+        return None
+    shapes = [part.base.triangles.shape for part in parts]
+    return np.concatenate(
+        [np.zeros(shape, np.bool_) if seams is None else seams for seams, shape in zip(marked, shapes, strict=True)]
+    )
 
 
 @dataclass(frozen=True, eq=False)

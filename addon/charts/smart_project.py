@@ -23,7 +23,7 @@ def smart_unwrap(
     """One layout for the meshes of several objects; nothing of theirs changes.
 
     margin: between charts, as a part of the image. in_world: as large in it as they are in the world, not as meshes.
-    Returns (T, 3, 2) float32 UVs for each, by the triangles of `base_triangles`.
+    Returns (T, 3, 2) float32 UVs for each, by the triangles of `base_mesh.base_triangles`.
     """
     with object_mode(context), _copies(context, objects, in_world) as copies:
         try:

@@ -1,10 +1,9 @@
-"""The artist's own mesh, before modifiers: its triangles for charts, and UV maps written into it."""
+"""UV maps written into the artist's own mesh, before modifiers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -14,32 +13,11 @@ from ...core.base.arrays import Floats, Ints
 from ...core.base.errors import InputError
 from ..materials.mesh_layers import values_of
 from ..read.blender_state import object_mode
-from ..read.mesh_arrays import corners_of, polygons_of, positions_of, vertices_of
+from ..read.mesh_arrays import vertices_of
 from ..typed import library_of, mesh_of
 
 _MOST_LAYERS = 8  # UV maps of a mesh
 _SCATTER = (0.7548776662466927, 0.5698402909980532)  # multiples of these fill the unit square, no three on a line
-
-
-@dataclass(frozen=True, eq=False)
-class BaseTriangles:
-    """A mesh as the artist made it, before modifiers.
-
-    vertices: (V, 3) float32. triangles: (T, 3) int32 vertices, loops: (T, 3) int32 corners, polygons: (T,) int32.
-    """
-
-    vertices: Floats
-    triangles: Ints
-    loops: Ints
-    polygons: Ints
-
-
-def base_triangles(context: bpy.types.Context, obj: bpy.types.Object) -> BaseTriangles:
-    """Triangles of the object's original mesh data, edits in progress among them."""
-    mesh = mesh_of(obj)
-    with object_mode(context):
-        loops = corners_of(mesh)
-        return BaseTriangles(positions_of(mesh), vertices_of(mesh, loops), loops, polygons_of(mesh))
 
 
 def check_room(obj: bpy.types.Object, layer_name: str) -> None:
@@ -68,9 +46,9 @@ def write_uv(
 ) -> str:
     """Write a UV map named `layer_name` into the object's mesh, as a new map or over an earlier one of that name.
 
-    uv: (T, 3, 2) float32, v up; loops: (T, 3) int32 as in `base_triangles`. The other maps stay as they are, the active
-    one too unless `activate`. Returns the name that Blender gave it. Raises InputError for a mesh linked from a library
-    and for one that has no room for another map.
+    uv: (T, 3, 2) float32, v up; loops: (T, 3) int32 as in `base_mesh.base_triangles`. The other maps stay as they are,
+    the active one too unless `activate`. Returns the name that Blender gave it. Raises InputError for a mesh linked
+    from a library and for one that has no room for another map.
     """
     mesh = mesh_of(obj)
     if (library := library_of(mesh)) is not None:

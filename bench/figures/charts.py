@@ -9,7 +9,7 @@ from typing import Any
 
 import bpy
 
-from ...addon.charts.uv_maps import base_triangles
+from ...addon.charts.base_mesh import base_triangles
 from ...core.charts.unwrap import unwrap
 from ...samples.bench_scenes import MODELS, build
 from ..pages import filled

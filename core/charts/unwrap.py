@@ -14,11 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arrays import Doubles, Floats, Ints, Longs
+from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..base.errors import InputError, NoUnwrapper
-from ..base.triangles import area_of, singular, square, tangents, uv_area_of
+from ..base.triangles import area_of, square, tangents, uv_area_of
 from .packing import packed
 from .polygon_charts import ChartMesh, Nodes, mended, parts, unfold
+from .stages import Stages, Tell
+from .stretch import Stretch, stretch_of
 
 # The square root of the surface xatlas is given. Its epsilons are absolute (1e-4 lengths, 1e-7 areas), so the charts of
 # one mesh change with its size up to some 100 units and stay much the same beyond.
@@ -26,21 +28,6 @@ SIDE = 1000.0
 # Growing a chart of n triangles costs xatlas n² steps: up to FREE triangles that does not matter, above them a chart
 # may hold PER_CHART triangles of mean area.
 FREE, PER_CHART = 10_000, 700
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Distortion of a chart layout; 1 is none. Weighted by area on the surface, after one scale for the whole layout.
-
-    l2 and p95: root mean square and 95th percentile of the L2 stretch of Sander et al. 2001, "Texture Mapping
-    Progressive Meshes". area: mean of max(a, 1/a), a a triangle's share of the surface over its share of the layout.
-    angle: mean of (s + 1/s)/2, s the ratio of the singular values of the map.
-    """
-
-    l2: float
-    p95: float
-    area: float
-    angle: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,26 +54,34 @@ def unwrap(
     polygons: Ints | None = None,
     size: int | tuple[int, int] = 1024,
     padding: int = 4,
+    *,
+    seams: Flags | None = None,
+    progress: Tell | None = None,
 ) -> Charts:
     """Cut a mesh into charts and lay them out on an image of `size` texels: (width, height), or one number for both.
 
     vertices: (V, 3) float32. triangles: (T, 3) int32, counter-clockwise. polygons: (T,) int32, the polygon each
     triangle belongs to, or None where every triangle is one; a polygon stays in one chart, and its triangles agree on
-    the UVs of shared corners. padding: texels kept free between charts. The same mesh gives the same UVs at any scale,
-    bit for bit where the scale is a power of two. Raises InputError, naming `name`, without xatlas and for a mesh with
-    no finite surface.
+    the UVs of shared corners. padding: texels kept free between charts. seams: (T, 3) bool, edge i from corner i to
+    i + 1 is a marked seam or sharp edge of the mesh: a border where it closes a chart. progress: is told how far the
+    work is, now and then and from any thread; what it raises, as Cancelled, ends the work. The same mesh gives the same
+    UVs at any scale, bit for bit where the scale is a power of two. Raises InputError, naming `name`, without xatlas
+    and for a mesh with no finite surface.
     """
     xatlas = _xatlas(name)
     surface = _surface(name, vertices, triangles, polygons)
-    chart, nodes = mended(surface, *_drafted(xatlas, surface))
     sides = size if isinstance(size, tuple) else (size, size)
-    corners, count, kept = _laid_out(surface, chart, nodes, sides, padding)
+    with Stages(progress) as stages:
+        stages.enter("cutting charts", 0.0, 0.7)
+        chart, nodes = mended(surface, *_drafted(xatlas, surface))
+        stages.enter("packing charts", 0.7, 1.0)
+        corners, count, kept = _laid_out(surface, chart, nodes, sides, padding)
     placed = corners.astype(np.float32)
     final = placed.astype(np.float64)
     area = uv_area_of(final)
     flat = (area_of(vertices.astype(np.float64)[surface.triangles]) > 0.0) & (area <= 0.0)
     used = float(area[area > 0.0].sum())
-    stretch = _stretch(surface, final * (np.array(sides) / max(sides)))  # as texels are square
+    stretch = stretch_of(surface.points[surface.triangles], final * (np.array(sides) / max(sides)))  # square texels
     return Charts(placed, count, stretch, used, kept, int(np.count_nonzero(flat)))
 
 
@@ -174,25 +169,6 @@ def _corners(surface: ChartMesh, chart: Longs, nodes: Nodes) -> Doubles:
     uv, known = nodes.find(chart[:, None], surface.triangles)
     anchor = np.take_along_axis(uv, np.argmax(known, axis=1)[:, None, None], axis=1)
     return np.where(known[..., None], uv, anchor)
-
-
-def _stretch(surface: ChartMesh, uv: Doubles) -> Stretch:
-    good = (uv_area_of(uv) > 0.0) & (surface.area > 0.0)
-    if not good.any():
-        return Stretch(np.inf, np.inf, np.inf, np.inf)
-    area, flat = surface.area[good], uv_area_of(uv[good])
-    largest, least = singular(surface.points[surface.triangles[good]], uv[good])
-    unit = np.sqrt(area.sum() / flat.sum())
-    l2 = np.sqrt(0.5 * (largest**2 + least**2)) / unit
-    order = np.argsort(l2)
-    rank = np.searchsorted(np.cumsum(area[order]), 0.95 * area.sum())
-    ratio, skew = area / flat / unit**2, largest / np.maximum(least, np.finfo(np.float64).tiny)
-    return Stretch(
-        l2=float(np.sqrt(np.average(l2**2, weights=area))),
-        p95=float(l2[order][min(rank, len(order) - 1)]),
-        area=float(np.average(np.maximum(ratio, 1.0 / ratio), weights=area)),
-        angle=float(np.average(0.5 * (skew + 1.0 / skew), weights=area)),
-    )
 
 
 def _sums(group: Longs, values: Doubles, count: int) -> Doubles:

@@ -14,17 +14,20 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
-from ..base.arrays import Floats, Ints
-from ..base.errors import Cancelled, InputError, NoUnwrapper
-from .unwrap import Charts, Stretch, unwrap
+from ..base.arrays import Flags, Floats, Ints
+from ..base.errors import InputError, NoUnwrapper
+from .stages import Tell
+from .stretch import Stretch
+from .unwrap import Charts, unwrap
 
-# Seconds between two looks at `cancelled`.
+# Seconds between two looks at whether to go on, and the least between two words of the child.
 PERIOD = 0.05
 
 # What the child runs. The parent's name for the package (bl_ext.…) means nothing there, so the child imports the folder
@@ -41,9 +44,13 @@ importlib.import_module(package + ".core.charts.unwrap_process").answer()
 """
 
 
-_DONE, _REFUSED, _UNABLE = "done", "refused", "unable"  # what became of it
+# What the child says, each in a pair with what belongs to it: a share and a stage; the fields of its Charts; the
+# InputError's line; why it makes none.
+_REACHED, _DONE, _REFUSED, _UNABLE = "reached", "done", "refused", "unable"
+_BEGINNING = "making UV charts"  # the stage until the child says more
 _TOO_LITTLE = "there is too little memory to make them"
 _CRASHED = 0x80000000  # on Windows: the first of the statuses of processes that crashed
+_COMPLAINT = 1 << 16  # bytes that are kept of what it writes to stderr, from the end
 
 
 class _NoAnswer(Exception):
@@ -58,54 +65,70 @@ def unwrap_in_process(
     size: int | tuple[int, int],
     padding: int,
     *,
-    cancelled: Callable[[], bool],
+    seams: Flags | None = None,
+    progress: Tell,
 ) -> Charts:
     """`charts.unwrap` in a process of its own: the same arguments, the same bits, the same InputError.
 
-    Other threads run meanwhile. `cancelled` is asked every 0.05 s, in the calling thread; once it says True the process
-    is killed and Cancelled raised.
+    Other threads run meanwhile. `progress` is called every 0.05 s in the calling thread with the share and stage that
+    the process has told last; once it raises (Cancelled), the process is killed.
 
     Where no child can be asked (no Python of this release is found, a sandbox forbids it, that Python cannot load
-    numpy), the unwrap runs in this process: the window then stands still and `cancelled` waits for the end, but the
-    artist gets charts wherever there are any to be had. If that fails too, the error has a note of what the child wrote
-    to stderr. Where the child is killed, crashes or lacks memory, so might this process: that raises NoUnwrapper.
+    numpy), the unwrap runs in this process: the window then stands still while xatlas works, but the artist gets charts
+    wherever there are any to be had. If that fails too, the error has a note of what the child wrote to stderr. Where
+    the child is killed, crashes or lacks memory, so might this process: that raises NoUnwrapper.
     """
     arguments = (name, vertices, triangles, polygons, size, padding)
-    if cancelled():
-        raise Cancelled
+    progress(0.0, _BEGINNING)
     try:
-        return _asked(arguments, cancelled)
+        return _asked(arguments, seams, progress)
     except (OSError, _NoAnswer) as error:
         if isinstance(error, OSError) and error.errno == errno.ENOMEM:
             raise NoUnwrapper(name, _TOO_LITTLE) from error
         why = f"The unwrap in a process of its own failed: {error}"
-    if cancelled():  # the same Ctrl-C may have ended the child
-        raise Cancelled
+    progress(0.0, _BEGINNING)  # the same Ctrl-C may have ended the child
     try:
-        return unwrap(*arguments)
+        return unwrap(*arguments, seams=seams, progress=progress)
     except Exception as error:
         error.add_note(why)
         raise
 
 
 def answer() -> None:
-    """The child's side: arguments of `unwrap` on stdin; on stdout what became of it, and the fields of its Charts, the
-    InputError's line, or why xatlas makes none.
+    """The child's side: arguments of `unwrap` on stdin; on stdout how far it is, and at last what became of it.
 
-    Both are pickled, and hold nothing of this package: it has another name in the parent.
+    All is pickled, and holds nothing of this package: it has another name in the parent. Once the parent is gone, the
+    next word to it ends this process.
     """
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)  # a library that prints must not disturb the answer
         reply: tuple[str, str | dict[str, Any]]
         try:
-            reply = _DONE, asdict(unwrap(*pickle.load(sys.stdin.buffer)))
+            *arguments, seams = pickle.load(sys.stdin.buffer)
+            reply = _DONE, asdict(unwrap(*arguments, seams=seams, progress=_Word(out)))
         except NoUnwrapper as error:
             reply = _UNABLE, error.why
         except MemoryError:
             reply = _UNABLE, _TOO_LITTLE
         except InputError as error:
             reply = _REFUSED, str(error)
-        pickle.dump(reply, out)
+        pickle.dump(reply, out, protocol=5)
+
+
+class _Word:
+    """Tells the parent how far the child is, each stage at once and shares now and then."""
+
+    def __init__(self, out: IO[bytes]) -> None:
+        self._out = out
+        self._stage, self._due = "", 0.0
+
+    def __call__(self, share: float, stage: str) -> None:
+        now = time.monotonic()
+        if stage == self._stage and now < self._due:
+            return
+        self._stage, self._due = stage, now + PERIOD
+        self._out.write(pickle.dumps((_REACHED, (share, stage))))  # in one piece, from whichever thread
+        self._out.flush()
 
 
 def _interpreter() -> str:
@@ -121,11 +144,11 @@ def _interpreter() -> str:
     raise _NoAnswer(f"no {release} at {prefix}")
 
 
-def _asked(arguments: tuple[Any, ...], cancelled: Callable[[], bool]) -> Charts:
-    """Ask a child. Raises InputError, NoUnwrapper, Cancelled, _NoAnswer, and OSError where none can be started."""
+def _asked(arguments: tuple[Any, ...], seams: Flags | None, progress: Tell) -> Charts:
+    """Ask a child. Raises InputError, NoUnwrapper, what `progress` raises, _NoAnswer, and OSError where none can be
+    started."""
     package = Path(__file__).absolute().parents[2]
     head = (sys.version_info[:2], str(package.parent), package.name, sys.path)
-    request = pickle.dumps(head) + pickle.dumps(arguments)
     # -I: as in Blender, no PYTHON… variable and no user site; -B: nothing written beside the code.
     command = [_interpreter(), "-I", "-B", "-X", "utf8", "-c", _BOOT]
     child = subprocess.Popen(
@@ -135,23 +158,78 @@ def _asked(arguments: tuple[Any, ...], cancelled: Callable[[], bool]) -> Charts:
         stderr=subprocess.PIPE,
         creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
     )
-    # communicate() with a timeout would forget what it has not sent by then, so it waits in a thread. The thread is
-    # left before the child, whose end ends it.
-    with child, ThreadPoolExecutor(1) as executor:
+    assert child.stdin and child.stdout and child.stderr
+    talk = _Talk(progress)
+    # Each pipe has a thread, so that none is ever full. The threads are left before the child, whose end ends them.
+    with child, ThreadPoolExecutor(3) as executor:
         try:
-            talk = executor.submit(child.communicate, request)
-            _wait_for(talk, cancelled)
+            sent = executor.submit(_send, child.stdin, head, (*arguments, seams))
+            heard = executor.submit(talk.listen, child.stdout)
+            complaint = executor.submit(_last_of, child.stderr)
+            talk.wait_for(heard)
+            if talk.reply is None:  # nothing more will be said
+                talk.wait_for_end(child)
         finally:
             child.kill()  # does nothing to one that has ended
-    reply, complaint = talk.result()
+    if talk.reply is not None:
+        return _read(arguments[0], talk.reply)
+    for error in (sent.exception(), heard.exception()):
+        if isinstance(error, MemoryError):
+            raise NoUnwrapper(arguments[0], _TOO_LITTLE) from error
     if (end := _violent_end(child.returncode)) is not None:
         time.sleep(PERIOD)  # a Ctrl-C goes to both, and need not have been heard here
-        if cancelled():
-            raise Cancelled
-        raise NoUnwrapper(arguments[0], f"xatlas, which makes them, {end}")
-    if child.returncode != 0:
-        raise _NoAnswer(f"status {child.returncode}\n{complaint.decode(errors='replace')}".strip())
-    return _read(arguments[0], reply)
+        talk.pass_on()
+        raise NoUnwrapper(arguments[0], f"the process that makes them {end}")
+    raise _NoAnswer(f"status {child.returncode}\n{complaint.result()}".strip())
+
+
+class _Talk:
+    """What a child says, heard in one thread and passed on in another. reply: the last of it, once it is there."""
+
+    def __init__(self, progress: Tell) -> None:
+        self.reply: tuple[str, Any] | None = None
+        self._progress = progress
+        self._reached = (0.0, _BEGINNING)
+
+    def listen(self, pipe: IO[bytes]) -> None:
+        """Until there is a reply, or none will come."""
+        with suppress(EOFError, OSError, pickle.UnpicklingError):
+            while self.reply is None:
+                kind, content = pickle.load(pipe)
+                if kind == _REACHED:
+                    self._reached = content
+                else:
+                    self.reply = kind, content
+
+    def pass_on(self) -> None:
+        """How far the child is. Raises what whoever is told does."""
+        self._progress(*self._reached)
+
+    def wait_for(self, future: Future[Any]) -> None:
+        """Passing on meanwhile. Raises what whoever is told does."""
+        while not wait([future], PERIOD).done:
+            self.pass_on()
+
+    def wait_for_end(self, child: subprocess.Popen[bytes]) -> None:
+        """As `wait_for`, of a process that need do no more than end."""
+        while child.poll() is None:
+            self.pass_on()
+            with suppress(subprocess.TimeoutExpired):
+                child.wait(PERIOD)
+
+
+def _send(pipe: IO[bytes], *messages: Any) -> None:
+    with suppress(OSError), pipe:  # a child that has ended reads nothing
+        for message in messages:
+            pickle.dump(message, pipe, protocol=5)  # which writes arrays as they lie, without a copy
+
+
+def _last_of(pipe: IO[bytes]) -> str:
+    """The end of what is written to a pipe, read to its end."""
+    pieces: deque[bytes] = deque(maxlen=16)
+    while piece := pipe.read1(_COMPLAINT // 16):  # type: ignore[attr-defined]
+        pieces.append(piece)
+    return b"".join(pieces).decode(errors="replace")
 
 
 def _violent_end(status: int) -> str | None:
@@ -162,14 +240,8 @@ def _violent_end(status: int) -> str | None:
     return f"crashed (0x{status:X})" if status >= _CRASHED else None
 
 
-def _wait_for(talk: Future[Any], cancelled: Callable[[], bool]) -> None:
-    while not wait([talk], PERIOD).done:
-        if cancelled():
-            raise Cancelled
-
-
-def _read(name: str, reply: bytes) -> Charts:
-    became, content = pickle.loads(reply)
+def _read(name: str, reply: tuple[str, Any]) -> Charts:
+    became, content = reply
     if became == _REFUSED:
         raise InputError(content)
     if became == _UNABLE:

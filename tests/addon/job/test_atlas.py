@@ -420,7 +420,7 @@ def test_where_xatlas_is_killed_the_second_press_unwraps_what_it_did_not(
     monkeypatch.setattr(unwrap_process, "_BOOT", "import os\nos.abort()")
     assert bake_onto("Good", "Bad") == {"FINISHED"}
     said = bpy.context.window_manager.occlusion_bake.lines
-    assert "Bad: it needs UV charts and xatlas, which makes them, was ended" in said and "press Bake again" in said
+    assert "Bad: it needs UV charts and the process that makes them was ended" in said and "press Bake again" in said
     assert not bad.data.uv_layers
     assert bake_onto("Good", "Bad") == {"FINISHED"}
     assert "Bad: charts by Smart UV Project" in bpy.context.window_manager.occlusion_bake.lines

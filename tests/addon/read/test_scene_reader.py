@@ -10,7 +10,8 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts.uv_maps import base_triangles, write_uv  # noqa: E402
+from occlusion_bake.addon.charts.base_mesh import base_triangles  # noqa: E402
+from occlusion_bake.addon.charts.uv_maps import write_uv  # noqa: E402
 from occlusion_bake.addon.read.depsgraph import evaluated  # noqa: E402
 from occlusion_bake.addon.read.mesh_arrays import corners_of  # noqa: E402
 from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import asdict
 from pathlib import Path
@@ -24,11 +26,17 @@ pytest.importorskip("xatlas")
 
 SETTINGS = (512, 4)  # size, padding
 DEAF = "import time\nwhile True: time.sleep(1)"  # reads nothing, never ends
+GONE_QUIET = """
+import os, pickle, sys, time
+pickle.load(sys.stdin.buffer)
+os.close(0), os.close(1)
+time.sleep(3600)
+"""
 DYING = "import sys\nsys.exit('the child fell over')"
 
 
-def never() -> bool:
-    return False
+def quietly(*_: Any) -> None:
+    """Whoever is told how far the work is lets it go on."""
 
 
 def bits(result: Charts) -> dict[str, Any]:
@@ -60,7 +68,7 @@ def children(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[
 def only_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     """An unwrap in this process fails the test."""
 
-    def here(*_: Any) -> Charts:
+    def here(*_: Any, **__: Any) -> Charts:
         raise AssertionError("unwrapped in this process")
 
     monkeypatch.setattr(unwrap_process, "unwrap", here)
@@ -70,65 +78,159 @@ def only_apart(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("size", [512, (512, 256)])
 def test_same_bits(size: int | tuple[int, int], children: list[Any]) -> None:
     mesh = waves(30, noise=0.1)
-    assert bits(unwrap_in_process("waves", *mesh, size, 4, cancelled=never)) == bits(unwrap("waves", *mesh, size, 4))
-    assert [child.returncode for child in children] == [0]
+    assert bits(unwrap_in_process("waves", *mesh, size, 4, progress=quietly)) == bits(unwrap("waves", *mesh, size, 4))
+    assert len(children) == 1
 
 
 @pytest.mark.usefixtures("only_apart")
 def test_no_polygons() -> None:
     vertices, triangles, _ = cube()
-    result = unwrap_in_process("cube", vertices, triangles, None, *SETTINGS, cancelled=never)
+    result = unwrap_in_process("cube", vertices, triangles, None, *SETTINGS, progress=quietly)
     assert np.array_equal(result.uv, unwrap("cube", vertices, triangles, None, *SETTINGS).uv)
 
 
 @pytest.mark.usefixtures("only_apart")
-def test_other_threads_run_meanwhile(children: list[Any]) -> None:
-    """`cancelled` is asked again and again while the child works, in the thread that asked for charts."""
-    asked: list[int] = []
+def test_seams_reach_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """As they are: it answers with what it was given."""
+    vertices, triangles, polygons = cube()
+    seams = np.zeros(triangles.shape, np.bool_)
+    seams[3, 1] = True
+    monkeypatch.setattr(unwrap_process, "_BOOT", ECHO)
+    with pytest.raises(InputError, match=rf"^\(12, 3\) {int(np.flatnonzero(seams)[0])}$"):
+        unwrap_in_process("cube", vertices, triangles, polygons, *SETTINGS, seams=seams, progress=quietly)
 
-    def cancelled() -> bool:
-        asked.append(threading.get_ident())
-        return False
 
-    unwrap_in_process("waves", *waves(60), *SETTINGS, cancelled=cancelled)
-    assert set(asked) == {threading.get_ident()}
-    assert len(asked) > 2
-    assert len(children) == 1
+ECHO = """
+import pickle, sys
+pickle.load(sys.stdin.buffer)
+*_, seams = pickle.load(sys.stdin.buffer)
+pickle.dump(("refused", f"{seams.shape} {int(seams.ravel().nonzero()[0][0])}"), sys.stdout.buffer)
+"""
+
+
+@pytest.mark.usefixtures("only_apart")
+def test_how_far_the_child_is_comes_through() -> None:
+    """Again and again while it works, in the thread that asked for charts, stage by stage; the share never falls."""
+    told: list[tuple[int, float, str]] = []
+    unwrap_in_process(
+        "waves",
+        *waves(60),
+        *SETTINGS,
+        progress=lambda share, stage: told.append((threading.get_ident(), share, stage)),
+    )
+    threads, shares, stages = zip(*told, strict=True)
+    assert set(threads) == {threading.get_ident()}
+    assert len(set(stages)) > 1 and len(told) > 2
+    assert list(shares) == sorted(shares) and shares[0] >= 0.0 and shares[-1] <= 1.0
+
+
+def stopping(after: int) -> Any:
+    """Raises Cancelled once it has been told so often; to be told once more would be a StopIteration."""
+    answers = iter([False] * after + [True])
+
+    def progress(*_: Any) -> None:
+        if next(answers):
+            raise Cancelled
+
+    return progress
 
 
 @pytest.mark.usefixtures("only_apart")
 def test_cancel_kills_the_child(children: list[Any]) -> None:
-    answers = iter([False, False, True])  # a further question would be a StopIteration
     with pytest.raises(Cancelled):
-        unwrap_in_process("waves", *waves(300, noise=0.2), *SETTINGS, cancelled=lambda: next(answers))
+        unwrap_in_process("waves", *waves(300, noise=0.2), *SETTINGS, progress=stopping(2))
     assert len(children) == 1
     assert children[0].returncode != 0, "it was left to finish"
 
 
 @pytest.mark.usefixtures("only_apart")
-def test_cancel_ends_a_child_that_does_not_listen(monkeypatch: pytest.MonkeyPatch, children: list[Any]) -> None:
+@pytest.mark.parametrize("boot", [DEAF, GONE_QUIET], ids=["does not listen", "says no more"])
+def test_cancel_ends_a_child_that_does_not_answer(
+    boot: str, monkeypatch: pytest.MonkeyPatch, children: list[Any]
+) -> None:
     """The arguments are more than a pipe holds, so the sender is stuck as well."""
-    monkeypatch.setattr(unwrap_process, "_BOOT", DEAF)
+    monkeypatch.setattr(unwrap_process, "_BOOT", boot)
     with pytest.raises(Cancelled):
-        unwrap_in_process("waves", *waves(300), *SETTINGS, cancelled=lambda: len(children) > 0)
+        unwrap_in_process("waves", *waves(300), *SETTINGS, progress=stopping(6))
     assert len(children) == 1
 
 
 def test_cancelled_before_it_began(children: list[Any]) -> None:
     with pytest.raises(Cancelled):
-        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=lambda: True)
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=stopping(0))
     assert children == []
 
 
 @pytest.mark.usefixtures("only_apart")
-def test_a_fault_in_cancelled_ends_the_child(children: list[Any]) -> None:
-    def cancelled() -> bool:
+def test_a_fault_of_whoever_is_told_ends_the_child(children: list[Any]) -> None:
+    def progress(*_: Any) -> None:
         if children:
             raise KeyboardInterrupt
-        return False
 
     with pytest.raises(KeyboardInterrupt):
-        unwrap_in_process("waves", *waves(100), *SETTINGS, cancelled=cancelled)
+        unwrap_in_process("waves", *waves(100), *SETTINGS, progress=progress)
+
+
+@pytest.mark.usefixtures("only_apart")
+def test_a_large_answer_among_many_words_comes_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    """48 MB, as of two million triangles; stderr is full of lines, and the child hangs once it has answered."""
+    monkeypatch.setattr(unwrap_process, "_BOOT", LARGE)
+    charts = unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
+    assert charts.uv.shape == (2_000_000, 3, 2) and charts.uv.dtype == np.float32
+    assert (charts.uv[:, 0, 0] == np.arange(2_000_000, dtype=np.float32)).all()
+
+
+LARGE = """
+import pickle, sys, time
+import numpy as np
+pickle.load(sys.stdin.buffer), pickle.load(sys.stdin.buffer)
+for i in range(5000):
+    pickle.dump(("reached", (i / 5000, "stage")), sys.stdout.buffer)
+    print("noise " * 20, file=sys.stderr)
+uv = np.repeat(np.arange(2_000_000, dtype=np.float32), 6).reshape(-1, 3, 2)
+stretch = dict(l2=1.0, p95=1.0, area=1.0, angle=1.0)
+charts = dict(uv=uv, count=1, stretch=stretch, utilisation=1.0, padding=4, collapsed=0)
+pickle.dump(("done", charts), sys.stdout.buffer)
+sys.stdout.flush()
+time.sleep(3600)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="looks for a process by its number")
+def test_a_child_whose_parent_is_gone_ends(tmp_path: Path) -> None:
+    """By the next word to it: none is left over where Blender crashes."""
+    place = Path(unwrap_process.__file__).absolute().parents[3]
+    parent = subprocess.Popen(
+        [sys.executable, "-c", ORPHAN, str(place), str(tmp_path / "pid")], stderr=subprocess.DEVNULL
+    )
+    assert parent.wait(60) == 1
+    child = int((tmp_path / "pid").read_text())
+    for _ in range(200):
+        try:
+            os.kill(child, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.05)
+    os.kill(child, signal.SIGKILL)
+    pytest.fail("it was still there after ten seconds")
+
+
+ORPHAN = """
+import os, pathlib, subprocess, sys
+sys.path.insert(0, sys.argv[1])
+from occlusion_bake.core.charts.unwrap_process import unwrap_in_process
+from occlusion_bake.tests.oracles.chart_layouts import waves
+start = subprocess.Popen
+def spy(*arguments, **options):
+    child = start(*arguments, **options)
+    pathlib.Path(sys.argv[2]).write_text(str(child.pid))
+    return child
+subprocess.Popen = spy
+def progress(share, stage):
+    if share > 0.0 or stage != "making UV charts":
+        os._exit(1)
+unwrap_in_process("waves", *waves(60), 512, 4, progress=progress)
+"""
 
 
 @pytest.mark.usefixtures("only_apart")
@@ -137,7 +239,7 @@ def test_input_error_comes_through(children: list[Any]) -> None:
     with pytest.raises(InputError) as here:
         unwrap("Würfel", vertices * np.float32(0), triangles, polygons)
     with pytest.raises(InputError) as there:
-        unwrap_in_process("Würfel", vertices * np.float32(0), triangles, polygons, *SETTINGS, cancelled=never)
+        unwrap_in_process("Würfel", vertices * np.float32(0), triangles, polygons, *SETTINGS, progress=quietly)
     assert str(there.value) == str(here.value)
     assert len(children) == 1
 
@@ -157,7 +259,7 @@ import xatlas
 def test_a_library_that_prints_does_no_harm(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / "xatlas.py").write_text(NOISY)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    assert unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never).count == 6
+    assert unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly).count == 6
 
 
 @pytest.mark.usefixtures("only_apart")
@@ -170,7 +272,7 @@ def test_the_folder_of_the_package_hides_nothing(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(
         unwrap_process, "__file__", str(tmp_path / "occlusion_bake" / "core" / "charts" / "unwrap_process.py")
     )
-    assert unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never).count == 6
+    assert unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly).count == 6
 
 
 def no_interpreter() -> str:
@@ -195,7 +297,7 @@ KINDS = ["no interpreter", "no program", "other release", "gives up"]
 def test_fallback(kind: str, monkeypatch: pytest.MonkeyPatch, children: list[Any]) -> None:
     fallback(monkeypatch, kind)
     mesh = waves(10)
-    assert bits(unwrap_in_process("waves", *mesh, *SETTINGS, cancelled=never)) == bits(
+    assert bits(unwrap_in_process("waves", *mesh, *SETTINGS, progress=quietly)) == bits(
         unwrap("waves", *mesh, *SETTINGS)
     )
     assert all(child.returncode != 0 for child in children)
@@ -218,7 +320,7 @@ def test_what_ends_the_child_does_not_happen_here(
     (tmp_path / "xatlas.py").write_text(f"import os, signal\n{end}\n")
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     with pytest.raises(NoUnwrapper, match=f"^Suzanne: .*{cause}.*--uv smart"):
-        unwrap_in_process("Suzanne", *cube(), *SETTINGS, cancelled=never)
+        unwrap_in_process("Suzanne", *cube(), *SETTINGS, progress=quietly)
 
 
 @pytest.mark.usefixtures("only_apart")
@@ -229,7 +331,7 @@ def test_nor_what_ends_it_before_it_begins(boot: str | None, monkeypatch: pytest
     else:
         monkeypatch.setattr(unwrap_process, "_BOOT", boot)
     with pytest.raises(NoUnwrapper):
-        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never)
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
 
 
 def no_memory(*_: Any, **__: Any) -> Any:
@@ -239,12 +341,12 @@ def no_memory(*_: Any, **__: Any) -> Any:
 def test_an_error_after_the_fallback_tells_of_the_child(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(unwrap_process, "_BOOT", DYING)
 
-    def here(*_: Any) -> Charts:
+    def here(*_: Any, **__: Any) -> Charts:
         raise RuntimeError("and so did this process")
 
     monkeypatch.setattr(unwrap_process, "unwrap", here)
     with pytest.raises(RuntimeError) as caught:
-        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=never)
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
     assert "the child fell over" in "\n".join(caught.value.__notes__)
 
 
@@ -252,9 +354,8 @@ def test_an_error_after_the_fallback_tells_of_the_child(monkeypatch: pytest.Monk
 def test_no_fallback_after_a_cancel(monkeypatch: pytest.MonkeyPatch) -> None:
     """A Ctrl-C ends the child and sets the wish to stop; nothing is unwrapped then."""
     monkeypatch.setattr(unwrap_process, "_interpreter", no_interpreter)
-    answers = iter([False, True])
     with pytest.raises(Cancelled):
-        unwrap_in_process("cube", *cube(), *SETTINGS, cancelled=lambda: next(answers))
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=stopping(1))
 
 
 def program(path: Path) -> str:
