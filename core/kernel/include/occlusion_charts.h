@@ -36,9 +36,11 @@ OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int3
                           int64_t triangle_count, const int64_t *starts, int64_t chart_count, int32_t threads,
                           double *uv, int32_t *state, ob_control *control);
 
-/* Pairs of triangles of one group whose insides meet by more than `tolerance` (how far one of them must be moved to
- * part them). uv: triangle_count x 6. group: of each triangle, or NULL for one group of all. pairs: room for
- * `capacity` x 2, lower number first, in rising order; count: how many there are, which may be more than that. */
+/* Pairs of triangles of one group whose insides meet by more than `tolerance`: so far would one of them have to be
+ * moved to part them. A triangle no thicker than that overlaps none. uv: triangle_count x 6, finite, either way round.
+ * group: of each triangle, or NULL for one group of all. pairs: room for `capacity` x 2, lower number first, in rising
+ * order; count: how many are found. The search ends at `capacity` of them, of more the same ones are found each time;
+ * capacity 1 asks whether there is any. */
 OB_API int32_t ob_overlaps(const double *uv, const int32_t *group, int64_t triangle_count, double tolerance,
                            int32_t threads, int64_t capacity, int32_t *pairs, int64_t *count, ob_control *control);
 

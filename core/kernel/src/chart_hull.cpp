@@ -1,0 +1,122 @@
+// Hulls of points, kept small.
+#include "chart_hull.h"
+
+#include <cmath>
+
+namespace ob {
+namespace {
+
+// A corner this little off the line between its neighbours, as a part of the whole, is left out: so the lines that meet
+// beyond an edge are never parallel to all of a double's digits.
+constexpr double kStraight = 0x1p-46;
+// An edge as short as this, as a part of the whole, has turned by too much where an end of it was rounded.
+constexpr double kShort = 0x1p-10;
+
+double cross(Point2 a, Point2 b) { return a.x * b.y - a.y * b.x; }
+Point2 operator-(Point2 a, Point2 b) { return {a.x - b.x, a.y - b.y}; }
+
+bool is_before(Point2 a, Point2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
+
+// Whether b, on the way from a to c, is no corner of a chain that turns left.
+bool is_straight(Point2 a, Point2 b, Point2 c, double off) {
+  const Point2 d = c - a;
+  return cross(b - a, d) <= off * std::sqrt(d.x * d.x + d.y * d.y);
+}
+
+// Andrew 1979, "Another efficient algorithm for convex hulls in two dimensions": the chain under sorted points, then
+// that over them. corners: room for twice as many as there are points. Returns how many corners there are.
+int convex_corners(const Point2 *points, int count, double off, Point2 *corners) {
+  Point2 *chain = corners; // where it begins
+  Point2 *end = corners;
+  *end++ = points[0];
+  const auto add = [&](Point2 point) {
+    while (end - chain >= 2 && is_straight(end[-2], end[-1], point, off)) {
+      --end;
+    }
+    *end++ = point;
+  };
+  for (int i = 1; i < count; ++i) {
+    add(points[i]);
+  }
+  chain = end - 1;
+  for (int i = count - 2; i >= 0; --i) {
+    add(points[i]);
+  }
+  return std::max(static_cast<int>(end - corners) - 1, 1);
+}
+
+// An edge between two others that meet beyond it.
+struct Tip {
+  Point2 at;
+  double area; // of what would be added; infinite where they do not meet
+};
+
+Tip tip_beyond(const Point2 *corners, int count, int edge) {
+  const Point2 b = corners[edge];
+  const Point2 c = corners[(edge + 1) % count];
+  const Point2 u = b - corners[(edge + count - 1) % count];
+  const Point2 v = c - corners[(edge + 2) % count];
+  const double turn = cross(v, u);
+  if (!(turn > 0.0)) {
+    return {b, INFINITY};
+  }
+  const double along = std::max(0.0, cross(v, c - b) / turn);
+  return {{b.x + along * u.x, b.y + along * u.y}, 0.5 * along * cross(u, c - b)};
+}
+
+// Takes out the edge that adds the least area. False where none can go, as of four corners at right angles.
+bool drop_edge(Point2 *corners, int count) {
+  int least = -1;
+  Tip best{{}, INFINITY};
+  for (int edge = 0; edge < count; ++edge) {
+    const Tip tip = tip_beyond(corners, count, edge);
+    if (tip.area < best.area) {
+      least = edge;
+      best = tip;
+    }
+  }
+  if (least < 0) {
+    return false;
+  }
+  corners[least] = best.at;
+  const int gone = (least + 1) % count;
+  std::copy(corners + gone + 1, corners + count, corners + gone);
+  return true;
+}
+
+} // namespace
+
+Hull Hull::of(Point2 *points, int count) {
+  Point2 corners[2 * kHullPoints];
+  std::sort(points, points + count, is_before); // equal points are alike
+  Box2 box{{points[0].x, points[0].y}, {points[0].x, points[0].y}};
+  for (int i = 1; i < count; ++i) {
+    box = about(box, {{points[i].x, points[i].y}, {points[i].x, points[i].y}});
+  }
+  const double size = box.half_girth();
+  int found = convex_corners(points, count, kStraight * size, corners);
+  while (found > kHullCorners && drop_edge(corners, found)) {
+    --found;
+  }
+  return found > kHullCorners ? of(box) : of(corners, found, size);
+}
+
+Hull Hull::of(const Box2 &box) {
+  const Point2 corners[] = {
+      {box.low[0], box.low[1]}, {box.high[0], box.low[1]}, {box.high[0], box.high[1]}, {box.low[0], box.high[1]}};
+  return of(corners, 4, box.half_girth());
+}
+
+Hull Hull::of(const Point2 *corners, int count, double size) {
+  Hull hull{};
+  hull.count_ = count;
+  hull.shortest2_ = kShort * size * (kShort * size);
+  for (int i = 0; i < kHullCorners; ++i) {
+    const Point2 corner = corners[std::min(i, count - 1)];
+    hull.x[i] = corner.x;
+    hull.y[i] = corner.y;
+  }
+  return hull;
+}
+
+} // namespace ob
