@@ -1,0 +1,21 @@
+// A chart laid out in the plane, from its coarsest level to all of its vertices.
+#pragma once
+
+#include "chart_relax.h"
+
+namespace ob::flatten {
+
+class Layout {
+public:
+  // mesh and metric: of the coarsest level. uv: room for all vertices. False where a triangle could not be kept from
+  // turning over.
+  bool unfold(const HalfEdgeMesh &mesh, const Metric &metric, const Hierarchy &hierarchy, const Watch &watch,
+              std::vector<Vector2> &uv);
+
+private:
+  void relax(const Level &level, int most_sweeps, const Watch &watch, std::vector<Vector2> &uv);
+
+  Relaxation relaxation_;
+};
+
+} // namespace ob::flatten
