@@ -32,7 +32,7 @@ def mesh_of_file(file: Path) -> PolygonMesh:
     """The first mesh of a file, before modifiers, and what is triangulated of it as Blender does. Raises InputError."""
     import bpy  # takes a second, which meshes of numbers alone need not wait
 
-    from ...addon.charts.uv_maps import base_triangles
+    from ...addon.charts.base_mesh import base_triangles
     from ...addon.cli.import_file import load
 
     load(file)

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from ...core.bake import bake
 from ...core.base.arrays import Doubles, Floats
 from ...core.base.errors import InputError
-from ...core.charts.unwrap import unwrap
 from ...core.finish.baked import Baked, BakedMap
 from ...core.finish.compare import compare, comparison_image
 from ...core.finish.image_file import FORMATS, read_image, suffix, write_image
@@ -27,6 +26,7 @@ from ...core.scene.scene import Camera, Instance, Mesh, Scene
 from ...core.scene.world_mesh import bounds_of
 from ...core.settings import Settings
 from ...core.texels.rasterize import owners_by_centre, rasterize
+from .charts.properties import chart_cases, charts_are_sound
 from .wild_bakes import (
     MATRICES,
     UVS,
@@ -410,25 +410,6 @@ def images_come_back(case: WildImage, kind: tuple[str, int]) -> None:
         assert_array_equal(back[..., -1], covered.astype(np.float32))
 
 
-def charts_are_sound(case: WildMesh, width: int, height: int) -> None:
-    """Refused in one line, or UVs in the unit square, none mirrored, none on top of another."""
-    mesh = case.build("target")
-    try:
-        charts = unwrap("target", mesh.vertices, mesh.triangles, size=(width, height), padding=2)
-    except InputError as error:
-        assert_refusal(error, "target: ")
-        return
-    uv = charts.uv.astype(np.float64)
-    assert charts.uv.shape == (len(mesh.triangles), 3, 2) and np.isfinite(uv).all()
-    assert uv.min() >= 0.0 and uv.max() <= 1.0
-    along, up = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
-    area = 0.5 * (along[:, 0] * up[:, 1] - along[:, 1] * up[:, 0])
-    assert area.min() >= -1e-12
-    assert 0.0 < charts.utilisation <= 1.0 + 1e-6
-    texels = rasterize("target", charts.uv, 256, 256)
-    assert abs(float(np.sum(texels.coverage, dtype=np.float64)) / 256**2 - area.sum()) <= 1e-3  # nothing overlaps
-
-
 def a_constant_displacement_moves_vertices_along_their_normals(
     wild: WildMesh, matrix: str, height: float, smooth: bool
 ) -> None:
@@ -467,16 +448,6 @@ _moving = st.builds(
     st.lists(st.sampled_from(["needle", "large", "small", "doubled", "no area"]), max_size=1).map(tuple),
 )
 _within = tame_bakes.filter(lambda case: case.distance is not None)
-_meshes = st.builds(
-    WildMesh,
-    st.sampled_from(["soup", "grid", "box", "fan", "tangle", "empty"]),
-    st.integers(1, 40),
-    _SEEDS,
-    st.lists(
-        st.sampled_from(["flat", "line", "point", "needle", "huge", "tiny", "nan", "doubled", "two-sided", "no area"]),
-        max_size=1,
-    ).map(tuple),
-)
 
 
 @dataclass(frozen=True)
@@ -592,11 +563,11 @@ PROPERTIES: dict[str, Property] = {
             100,
         ),
         Property(
-            "charts lie in the square, none mirrored, none on another",
+            "charts lie in the image, none mirrored or on another, padding kept, density even, stretch bounded",
             charts_are_sound,
-            (_meshes, st.sampled_from([64, 256]), st.sampled_from([64, 128])),
-            4,
-            60,
+            (chart_cases, st.sampled_from([64, 256]), st.sampled_from([64, 128])),
+            12,
+            600,
         ),
         Property(
             "a material's constant displacement moves each vertex along its normal, as the mesh so moved",

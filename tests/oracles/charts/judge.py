@@ -14,6 +14,7 @@ from .texel_gaps import kept_padding
 
 TOLERANCE = 5e-3  # texels: float32 UVs are finer than 1e-3 up to images of 8192
 DENSITY = 0.05  # how far charts may be from one another in texels a square metre
+ROUNDING = 2.0**-22  # of the image: as much may float32 turn a thin triangle over
 MEASURED = 1.0  # texels: the density of a smaller chart is that of its rounding
 
 
@@ -57,7 +58,7 @@ def judged(mesh: PolygonMesh, uv: Reals, size: tuple[int, int], enough: int = 4)
         padding=kept_padding(texels[shown], chart[shown], *size, enough),
         overlaps=len(found),
         deepest=float(depth.max(initial=0.0)),
-        mirrored=int(np.count_nonzero(least_height(texels) < -TOLERANCE)),
+        mirrored=int(np.count_nonzero(least_height(texels) < -ROUNDING * max(size))),
         collapsed=int(np.count_nonzero((_areas(texels) <= 0.0) & (surface_areas(mesh) > 0.0))),
         outside=float(np.maximum(-texels, texels - size).max(initial=0.0)),
         uneven=unevenness(mesh, texels, chart),
@@ -76,7 +77,7 @@ def assert_sound(
     assert found.overlaps == 0, found
     assert found.mirrored == 0, found
     assert found.torn == 0, found
-    assert found.collapsed == charts.collapsed == 0, found
+    assert found.collapsed == charts.collapsed, found
     assert 0 <= charts.padding <= padding
     assert charts.padding == 0 or found.padding >= charts.padding, found
     assert found.uneven <= DENSITY, found
@@ -138,7 +139,7 @@ def stretch(corners: Doubles, uv: Doubles) -> tuple[float, float]:
 def unevenness(mesh: PolygonMesh, texels: Doubles, chart: Longs) -> float:
     """How far the densest or the coarsest chart is from the density of half the surface, as a share: 0 is even.
 
-    Charts of less than MEASURED texels are not looked at.
+    Charts that are to have less than MEASURED texels are not looked at.
     """
     flat, area = np.bincount(chart, np.maximum(_areas(texels), 0.0)), np.bincount(chart, surface_areas(mesh))
     known = (flat > 0.0) & (area > 0.0)
@@ -148,7 +149,7 @@ def unevenness(mesh: PolygonMesh, texels: Doubles, chart: Longs) -> float:
     density = flat / area
     order = np.argsort(density)
     middle = density[order][np.searchsorted(np.cumsum(area[order]), 0.5 * area.sum())]
-    large = (flat >= MEASURED) | (area * middle >= MEASURED)
+    large = area * middle >= MEASURED
     ratio = density[large] / middle
     return float(np.maximum(ratio, 1.0 / ratio).max(initial=1.0) - 1.0)
 
