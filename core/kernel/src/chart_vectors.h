@@ -1,9 +1,9 @@
-// Vectors of the plane and of space, as charts are flattened with.
+// Vectors of the plane and of space, as charts are made with.
 #pragma once
 
 #include <cmath>
 
-namespace ob::flatten {
+namespace ob {
 
 struct Vector2 {
   double x, y;
@@ -36,4 +36,4 @@ inline Vector3 cross(Vector3 a, Vector3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-} // namespace ob::flatten
+} // namespace ob

@@ -5,7 +5,7 @@
 
 #include "status.h"
 
-namespace ob::flatten {
+namespace ob {
 
 class Stopped : public std::exception {
 public:
@@ -27,4 +27,23 @@ private:
   ob_control *control_;
 };
 
-} // namespace ob::flatten
+// The same for short rounds of long loops: it looks in one call of many.
+class LoopWatch {
+public:
+  explicit LoopWatch(ob_control *control) : watch_(control) {}
+
+  void look() {
+    if (--rounds_ == 0) {
+      rounds_ = kRounds;
+      watch_.look();
+    }
+  }
+
+private:
+  static constexpr int kRounds = 1024;
+
+  Watch watch_;
+  int rounds_ = kRounds;
+};
+
+} // namespace ob

@@ -1,0 +1,209 @@
+#include "chart_simplify_patches.h"
+
+#include <algorithm>
+#include <array>
+#include <queue>
+#include <tuple>
+
+namespace ob::simplify {
+namespace {
+
+// A triangle is looked for no farther than this many steps from where its collapses have left it.
+constexpr int kMostSteps = 64;
+
+double squared_distance(Vector3 p, Vector3 a, Vector3 b) {
+  const Vector3 along = b - a;
+  const double length = squared(along);
+  const double part = length > 0.0 ? std::clamp(dot(p - a, along) / length, 0.0, 1.0) : 0.0;
+  return squared(p - (a + part * along));
+}
+
+double squared_distance(Vector3 p, const std::array<Vector3, 3> &triangle) {
+  const auto &[a, b, c] = triangle;
+  const Vector3 n = cross(b - a, c - a);
+  const double area = squared(n);
+  const bool over =
+      dot(cross(b - a, p - a), n) >= 0.0 && dot(cross(c - b, p - b), n) >= 0.0 && dot(cross(a - c, p - c), n) >= 0.0;
+  if (over && area > 0.0) {
+    const double height = dot(n, p - a);
+    return height * height / area;
+  }
+  return std::min({squared_distance(p, a, b), squared_distance(p, b, c), squared_distance(p, c, a)});
+}
+
+// The faces that are left, numbered anew.
+struct Left {
+  std::vector<int32_t> faces;
+  std::vector<std::array<Vector3, 3>> corners;
+  std::vector<int32_t> mate; // as MeshEdges has it
+};
+
+Left gather_left(const CollapseMesh &mesh, LoopWatch &watch) {
+  Left left;
+  std::vector<int32_t> triangles;
+  std::vector<uint8_t> lines;
+  for (int32_t f = 0; f < mesh.face_count(); ++f) {
+    const Face &face = mesh.face(f);
+    if (face.is_gone()) {
+      continue;
+    }
+    left.faces.push_back(f);
+    left.corners.push_back({mesh.node(face.vertex[0]).at, mesh.node(face.vertex[1]).at, mesh.node(face.vertex[2]).at});
+    for (int32_t side = 0; side < 3; ++side) {
+      triangles.push_back(face.vertex[side]);
+      lines.push_back(face.is_line(side) ? 1 : 0);
+    }
+  }
+  left.mate = find_edges(triangles, lines, mesh.node_count(), watch).mate;
+  return left;
+}
+
+class PatchMaker {
+public:
+  PatchMaker(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges, LoopWatch &watch)
+      : mesh_(mesh), whole_(whole), mate_(edges.mate), watch_(watch), left_(gather_left(mesh, watch)) {}
+
+  std::vector<int32_t> run() {
+    follow_collapses();
+    for (int32_t f = 0; f < mesh_.face_count(); ++f) {
+      watch_.look();
+      if (mesh_.face(f).is_gone()) {
+        root(f) = nearest(middle_of(f), root(f));
+      }
+    }
+    connect();
+    for (int32_t &each : root_) {
+      each = left_.faces[static_cast<size_t>(each)];
+    }
+    return std::move(root_);
+  }
+
+private:
+  int32_t &root(int32_t f) { return root_[static_cast<size_t>(f)]; }
+
+  void follow_collapses() {
+    root_.assign(static_cast<size_t>(mesh_.face_count()), -1);
+    for (size_t i = 0; i < left_.faces.size(); ++i) {
+      root(left_.faces[i]) = static_cast<int32_t>(i);
+    }
+    std::vector<int32_t> path;
+    for (int32_t f = 0; f < mesh_.face_count(); ++f) {
+      watch_.look();
+      int32_t end = f;
+      while (root(end) < 0) {
+        path.push_back(end);
+        end = mesh_.face(end).into;
+      }
+      for (const int32_t each : path) {
+        root(each) = root(end);
+      }
+      path.clear();
+    }
+  }
+
+  Vector3 middle_of(int32_t f) const {
+    const int32_t *corner = &whole_.triangles[3 * static_cast<size_t>(f)];
+    const auto point = [&](int i) { return whole_.points[static_cast<size_t>(corner[i])]; };
+    return (1.0 / 3.0) * (point(0) + point(1) + point(2));
+  }
+
+  double distance(Vector3 p, int32_t patch) const {
+    return squared_distance(p, left_.corners[static_cast<size_t>(patch)]);
+  }
+
+  // Walks over the simplified mesh to where the point is nearer than in all triangles around.
+  int32_t nearest(Vector3 p, int32_t patch) const {
+    double least = distance(p, patch);
+    for (int step = 0; step < kMostSteps; ++step) {
+      const int32_t from = patch;
+      for (int32_t side = 0; side < 3; ++side) {
+        const int32_t mate = left_.mate[3 * static_cast<size_t>(from) + static_cast<size_t>(side)];
+        const double there = mate >= 0 ? distance(p, mate / 3) : least;
+        if (there < least) {
+          least = there;
+          patch = mate / 3;
+        }
+      }
+      if (patch == from) {
+        break;
+      }
+    }
+    return patch;
+  }
+
+  // Triangles that no way over their own patch joins to the one that is left go to a patch beside them.
+  void connect() {
+    joined_.assign(static_cast<size_t>(mesh_.face_count()), 0);
+    std::vector<int32_t> stack;
+    for (const int32_t seed : left_.faces) {
+      join(seed);
+      stack.push_back(seed);
+      while (!stack.empty()) {
+        watch_.look();
+        const int32_t f = stack.back();
+        stack.pop_back();
+        for (const int32_t other : around(f)) {
+          if (other >= 0 && !is_joined(other) && root(other) == root(f)) {
+            join(other);
+            stack.push_back(other);
+          }
+        }
+      }
+    }
+    for (int32_t f = 0; f < mesh_.face_count(); ++f) {
+      if (is_joined(f)) {
+        offer(f);
+      }
+    }
+    while (!offers_.empty()) {
+      watch_.look();
+      const auto [distance, f, patch] = offers_.top();
+      offers_.pop();
+      if (!is_joined(f)) {
+        join(f);
+        root(f) = patch;
+        offer(f);
+      }
+    }
+  }
+
+  void offer(int32_t f) {
+    for (const int32_t other : around(f)) {
+      if (other >= 0 && !is_joined(other)) {
+        offers_.emplace(distance(middle_of(other), root(f)), other, root(f));
+      }
+    }
+  }
+
+  std::array<int32_t, 3> around(int32_t f) const {
+    std::array<int32_t, 3> faces{};
+    for (size_t side = 0; side < 3; ++side) {
+      const int32_t mate = mate_[3 * static_cast<size_t>(f) + side];
+      faces[side] = mate >= 0 ? mate / 3 : -1;
+    }
+    return faces;
+  }
+
+  bool is_joined(int32_t f) const { return joined_[static_cast<size_t>(f)] != 0; }
+  void join(int32_t f) { joined_[static_cast<size_t>(f)] = 1; }
+
+  using Offer = std::tuple<double, int32_t, int32_t>; // how far off, which face, to which patch
+
+  const CollapseMesh &mesh_;
+  const OrderedMesh &whole_;
+  const std::vector<int32_t> &mate_;
+  LoopWatch &watch_;
+  Left left_;
+  std::vector<int32_t> root_; // of each face, a place in left_.faces
+  std::vector<uint8_t> joined_;
+  std::priority_queue<Offer, std::vector<Offer>, std::greater<>> offers_;
+};
+
+} // namespace
+
+std::vector<int32_t> assign_patches(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges,
+                                    LoopWatch &watch) {
+  return PatchMaker(mesh, whole, edges, watch).run();
+}
+
+} // namespace ob::simplify
