@@ -2,304 +2,253 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import bpy
-import numpy as np
 
-from ...core.base.arrays import Doubles, Flags, Floats
-from ...core.base.errors import InputError, NoUnwrapper
+from ...core.base.errors import InputError
 from ...core.base.timing import Stopwatch
-from ...core.charts.unwrap import Charts, has_unwrapper
-from ...core.charts.unwrap_process import unwrap_in_process
+from ...core.charts.figures import ChartFigures
+from ...core.finish.report import first_of
 from ...core.progress import Progress
 from ..read.blender_state import object_mode, synced
 from ..read.block_ref import BlockRef, find
-from ..read.rendered_maps import Objects, refused_without_faces, rendered_maps
-from ..read.scene_reader import matrix_of
+from ..read.rendered_maps import Objects, RenderedMaps, lays_out, refused_without_faces, rendered_maps
 from ..typed import library_of, mesh_of, view_layer_in
-from .base_mesh import BaseTriangles, base_triangles
+from .chart_layout import ChartLayout, layout_steps
+from .chart_marks import ATLAS_MAP, KIND, OUR_NAMES, is_ours, mark_of, set_mark
+from .chart_parts import Part, Wanted, fingerprint, parts_of
+from .chart_request import ChartRequest, layer_of
 from .chart_survival import refused_charts, refused_map
-from .smart_project import smart_unwrap
+from .shared_image import leave_room
 from .uv_maps import check_room, write_uv
 
-CHARTS, SMART = "charts", "smart"  # as the UV map of the options: make one, by xatlas or by Blender
-CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"  # and what it is called
-MARKS = {CHART_MAP: "occlusion_bake_charts", ATLAS_MAP: "occlusion_bake_atlas"}  # on a mesh: what a map was made for
-_PADDING = 4
-_ROUNDED = 1e-5  # of an object's scale: float32 matrices that are turned differ by less
+_NAMED = 4  # objects in a line
 
-
-def layer_of(uv: str | None) -> str | None:
-    """The UV map that an object alone is baked onto, by the job's options; None: the active one."""
-    return CHART_MAP if uv in (CHARTS, SMART) else uv
-
-
-_Unwraps = Generator[Callable[[], Any], Any, None]
-
-
-@dataclass(frozen=True)
-class ChartRequest:
-    """What charts to make. uv: as in the job's options. atlas: its name, or empty. smart: by Blender, as xatlas makes
-    none. size: of the image."""
-
-    uv: str | None = None
-    atlas: str = ""
-    smart: bool = False
-    size: tuple[int, int] = (1024, 1024)
-
-    @property
-    def by_blender(self) -> bool:
-        """Whether Blender unwraps."""
-        return self.uv == SMART or self.smart
-
-    @property
-    def layer(self) -> str:
-        """The UV map for charts."""
-        return ATLAS_MAP if self.atlas else CHART_MAP
+_Steps = Generator[Callable[[], Any], Any, None]
 
 
 @dataclass
 class ChartJob:
     """What became of a request for charts, filled while the work goes on.
 
-    layer: the UV map to bake onto, None for each mesh's active one. made: the objects whose mesh was given charts.
-    refused: why an object cannot have any. clock: tells how long each layout took.
+    layer: the UV map to bake onto, None for each mesh's active one. made: the objects whose mesh was given charts, and
+    figures of the layout. refused: why an object cannot have any. clock: tells how long each layout took.
     """
 
-    request: ChartRequest = ChartRequest()
+    request: ChartRequest = field(default_factory=ChartRequest)
     layer: str | None = None
-    made: list[BlockRef] = field(default_factory=list)
+    made: dict[BlockRef, ChartFigures] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     refused: dict[BlockRef, InputError] = field(default_factory=dict)
     clock: Stopwatch = field(default_factory=Stopwatch)
 
 
 def chart_steps(
-    context: bpy.types.Context, refs: Sequence[BlockRef], charting: ChartJob, progress: Progress
-) -> _Unwraps:
-    """Give chart UVs to the objects' meshes that need them; for a `Runner`. Raises Cancelled."""
+    context: bpy.types.Context, refs: Sequence[BlockRef], charting: ChartJob, progress: Progress, then: int = 0
+) -> _Steps:
+    """Give chart UVs to the objects' meshes that need them; for a `Runner`. then: how many objects are baked after
+    that. Raises Cancelled."""
     charting.layer = layer_of(charting.request.uv)
     objects = synced(view_layer_in(context))
     found = {ref: obj for ref in refs if (obj := find(objects, ref)) is not None and obj.type == "MESH"}
     with object_mode(context):  # once: each way there and back is two steps of undo
-        wanting = _wanting(context, found, charting)
-    if charting.request.atlas and wanting:
+        wanted = _wanted(context, found, charting)
+        layouts = _layouts(context, {ref: found[ref] for ref in wanted}, wanted, charting)
+    if charting.request.atlas and wanted:
         charting.layer = charting.request.layer
-        yield from _charts_of(context, _fit_for_atlas(context, wanting, charting), charting, progress)
-    elif not charting.request.atlas:
-        for sharing in _by_mesh(wanting):
-            yield from _charts_of(context, sharing, charting, progress)
+    kept: list[BlockRef] = []
+    for done, layout in enumerate(layouts):
+        progress.expect(len(layouts) - done + then)
+        yield from _charts_of(context, layout, charting, kept, progress)
+    progress.expect(then)
+    if kept:
+        names = first_of([ref.label for ref in kept], _NAMED)
+        charting.notes.append(f"{names}: charts of an earlier release are kept; UV Map: New Charts makes better ones")
 
 
-def _wanting(context: bpy.types.Context, objects: Objects, charting: ChartJob) -> Objects:
-    """The objects that are to have charts, by their meshes as they render; those that cannot be baked for want of faces
-    or of a UV map are refused."""
+def _wanted(context: bpy.types.Context, objects: Objects, charting: ChartJob) -> dict[BlockRef, str]:
+    """The objects that are to have charts, by their meshes as they render, and the UV map whose charts they keep; those
+    that cannot be baked for want of faces or of a UV map are refused."""
     request, rendered = charting.request, rendered_maps(context, objects)
     found = {ref: obj for ref, obj in objects.items() if rendered[ref].has_faces}
     bare = {ref: obj for ref, obj in objects.items() if ref not in found}
     charting.refused |= refused_without_faces(context, bare)
-    if request.uv not in (None, CHARTS, SMART):
+    if request.uv is not None and not request.anew:
         charting.refused |= refused_map(context, found, request.uv, rendered)
         return {}
-    wanting = {ref: obj for ref, obj in found.items() if request.uv or rendered[ref].active in (None, *MARKS)}
-    if request.atlas and wanting:  # one is enough: the maps of the others leave no room for its charts
-        wanting = found
-    charting.refused |= refused_charts(context, wanting, request.layer, rendered)
-    return {ref: obj for ref, obj in wanting.items() if ref not in charting.refused}
+    own = {} if request.anew else _own_maps(found, rendered, request)
+    wanted = {ref: "" for ref in found if ref not in own}
+    if request.atlas and found:
+        mapped = {ref: found[ref] for ref in own}
+        if wanted or not leave_room(context, mapped, own, request.size, request.udim):
+            wanted = {
+                ref: own[ref] if ref in own and lays_out(mesh_of(obj), own[ref]) else "" for ref, obj in found.items()
+            }
+    charting.refused |= refused_charts(context, {ref: found[ref] for ref in wanted}, request.layer, rendered)
+    return {ref: source for ref, source in wanted.items() if ref not in charting.refused}
 
 
-def _by_mesh(objects: Objects) -> list[list[BlockRef]]:
-    """The objects; those that share a mesh together."""
-    found: dict[int, list[BlockRef]] = {}
+def _own_maps(
+    objects: Objects, rendered: Mapping[BlockRef, RenderedMaps], request: ChartRequest
+) -> dict[BlockRef, str]:
+    """The UV maps of their own that objects are baked onto, not those of ours that are as we left them."""
+    own = {}
     for ref, obj in objects.items():
-        found.setdefault(mesh_of(obj).as_pointer(), []).append(ref)
-    return list(found.values())
+        active, mesh = rendered[ref].active, mesh_of(obj)
+        if request.atlas and active == ATLAS_MAP and (mark := mark_of(mesh, ATLAS_MAP)) is not None:
+            active = mark.source if mark.source in mesh.uv_layers else None  # whose charts were laid out in it
+        if active is not None and not is_ours(mesh, active):
+            own[ref] = active
+    return own
 
 
-def _charts_of(context: bpy.types.Context, refs: list[BlockRef], charting: ChartJob, progress: Progress) -> _Unwraps:
-    """Charts for objects of one mesh, or of an atlas; where they cannot have any, those are refused."""
-    if not refs:
-        return
-    title = charting.request.atlas or refs[0].label
-    progress.enter(f"{title}: making UV charts", (0.0, 1.0))
-    try:
-        with charting.clock.stage(f"charts of {title}"):
-            said = yield from _make(
-                context, title, refs if charting.request.atlas else refs[:1], charting.request, progress
-            )
-    except InputError as refusal:
-        charting.refused.update(dict.fromkeys(refs, refusal))
-        return
-    if said:
-        charting.made += refs
-        charting.notes.append(said)
+def _layouts(context: bpy.types.Context, objects: Objects, wanted: Wanted, charting: ChartJob) -> list[Wanted]:
+    """What is laid out together: in an atlas all that fit into it, else objects that share a mesh."""
+    if charting.request.atlas:
+        fit = _fit_for_atlas(context, objects, wanted, charting)
+        return [fit] if fit else []
+    layouts: dict[int, dict[BlockRef, str]] = {}
+    for ref, obj in objects.items():
+        layouts.setdefault(mesh_of(obj).as_pointer(), {})[ref] = wanted[ref]
+    return list(layouts.values())
 
 
-def _make(
-    context: bpy.types.Context, title: str, refs: list[BlockRef], request: ChartRequest, progress: Progress
-) -> Generator[Callable[[], Any], Any, str]:
-    """One layout for the meshes of these objects. Returns what to say of it, nothing where one made before fits."""
-    parts = _parts(context, refs, request)
-    for by_blender in _accepted(request):
-        mark = _fingerprint(parts, request, by_blender)
-        if all(_fits(part.mesh, request, f"{mark}{i}") for i, part in enumerate(parts)):
-            for part in parts:
-                _prefer(part.mesh, request.layer)
-            return ""
-    for part in parts:
-        _refuse_linked(part.obj, part.ref)
-    mark = _fingerprint(parts, request, request.by_blender)
-    if request.by_blender:
-        margin = _PADDING / min(request.size)
-        layouts = smart_unwrap(context, [part.obj for part in parts], margin, in_world=bool(request.atlas))
-        said = f"charts by Smart UV Project in the UV map {request.layer}"
-    else:
-        charts = yield from _unwrapped(title, parts, request, progress)
-        layouts = np.split(charts.uv, np.cumsum([len(part.base.triangles) for part in parts])[:-1])
-        said = (
-            f"{charts.count} charts in the UV map {request.layer}, stretch {charts.stretch.l2:.3f}, "
-            f"{100.0 * charts.utilisation:.0f} % of the image used"
-        )
-    again = _parts(context, refs, request)  # the artist, or an undo, may have been at it
-    if _fingerprint(again, request, request.by_blender) != mark:
-        raise InputError(f"{title}: it was changed while its charts were made; start again")
-    with object_mode(context):
-        for i, (part, layout) in enumerate(zip(again, layouts, strict=True)):
-            write_uv(context, part.obj, request.layer, layout, part.base.loops)
-            part.mesh[MARKS[request.layer]] = f"{mark}{i}"
-            _prefer(part.mesh, request.layer)
-    return f"{title}: {said}"
-
-
-def _accepted(request: ChartRequest) -> list[bool]:
-    """Whose charts, made before, may stay: by Blender or not."""
-    if request.uv == SMART:
-        return [True]
-    return [False] if request.uv == CHARTS and has_unwrapper() and not request.smart else [False, True]
-
-
-def own_active(mesh: bpy.types.Mesh) -> str | None:
-    """The mesh's active UV map where that is one of ours: it need not be the one that is rendered by."""
-    active = mesh.uv_layers.active
-    return str(active.name) if active is not None and active.name in MARKS else None
-
-
-def _prefer(mesh: bpy.types.Mesh, name: str) -> None:
-    """Of our own maps the last that was baked onto is active; an artist's stays so."""
-    if library_of(mesh) is None and own_active(mesh) is not None:
-        mesh.uv_layers.active = mesh.uv_layers[name]
-
-
-def _fit_for_atlas(context: bpy.types.Context, objects: Objects, charting: ChartJob) -> list[BlockRef]:
+def _fit_for_atlas(
+    context: bpy.types.Context, objects: Objects, wanted: Wanted, charting: ChartJob
+) -> dict[BlockRef, str]:
     """The objects whose meshes can have charts in it; the others are refused."""
-    fit: list[BlockRef] = []
+    fit: dict[BlockRef, str] = {}
     taken: dict[int, BlockRef] = {}
-    with object_mode(context):  # once: each way there and back is two steps of undo
-        for ref, obj in objects.items():
-            try:
-                _refuse_linked(obj, ref)
-                if (other := taken.setdefault(mesh_of(obj).as_pointer(), ref)) != ref:
-                    raise InputError(
-                        f"{ref.label}: it shares its mesh with {other.label}, and in an atlas each needs UVs of its "
-                        "own; make it a single user (Object > Relations > Make Single User > Object & Data)"
-                    )
-                _parts(context, [ref], charting.request)
-                check_room(obj, charting.request.layer)
-            except InputError as refusal:
-                charting.refused[ref] = refusal
-            else:
-                fit.append(ref)
+    for ref, obj in objects.items():
+        try:
+            _refuse_linked(obj, ref)
+            if (other := taken.setdefault(mesh_of(obj).as_pointer(), ref)) != ref:
+                raise InputError(
+                    f"{ref.label}: it shares its mesh with {other.label}, and in an atlas each needs UVs of its "
+                    "own; make it a single user (Object > Relations > Make Single User > Object & Data)"
+                )
+            parts_of(context, {ref: wanted[ref]}, in_world=True)
+            check_room(obj, charting.request.layer)
+        except InputError as refusal:
+            charting.refused[ref] = refusal
+        else:
+            fit[ref] = wanted[ref]
     return fit
 
 
-def _unwrapped(
-    title: str, parts: Sequence[_Part], request: ChartRequest, progress: Progress
-) -> Generator[Callable[[], Any], Any, Charts]:
-    if not has_unwrapper():
-        raise NoUnwrapper(title)
-    starts = np.cumsum([0, *(len(part.base.vertices) for part in parts)])
-    faces = np.cumsum([0, *(int(part.base.polygons.max(initial=-1)) + 1 for part in parts)])
-    vertices = np.concatenate([part.vertices for part in parts])
-    triangles = np.concatenate([part.base.triangles + start for part, start in zip(parts, starts, strict=False)])
-    polygons = np.concatenate([part.base.polygons + start for part, start in zip(parts, faces, strict=False)])
-    seams = _seams(parts)
-    charts: Charts = yield lambda: unwrap_in_process(
-        title,
-        vertices,
-        triangles.astype(np.int32),
-        polygons.astype(np.int32),
-        size=request.size,
-        padding=_PADDING,
-        seams=seams,
-        progress=lambda share, stage: progress.reach(share, f"{title}: {stage}"),
-    )
-    return charts
+def _charts_of(
+    context: bpy.types.Context, wanted: Wanted, charting: ChartJob, kept: list[BlockRef], progress: Progress
+) -> _Steps:
+    """Charts for objects of one mesh, or of an atlas; where they cannot have any, those are refused. kept: gets those
+    whose charts an earlier release has made."""
+    request, refs = charting.request, list(wanted)
+    title = request.atlas or refs[0].label
+    progress.enter(f"{title}: making UV charts", (0.0, 1.0))
+    try:
+        with charting.clock.stage(f"charts of {title}"):
+            parts = _parts(context, wanted if request.atlas else {refs[0]: wanted[refs[0]]}, request)
+            kind = _standing(parts, request)
+            if kind is None and request.atlas:
+                parts = _without_edited(context, parts, charting)
+                kind = _standing(parts, request)
+            if kind is None:
+                layout = yield from _make(context, title, parts, request, progress)
+    except InputError as refusal:
+        charting.refused.update({ref: refusal for ref in refs if ref not in charting.refused})
+        return
+    refs = [ref for ref in refs if ref not in charting.refused]
+    if kind is None:
+        charting.made.update(dict.fromkeys(refs, layout.figures))
+        charting.notes.append(f"{title}: {_told(layout.figures, parts, request)}")
+        progress.finish_object()
+        return
+    for part in parts:
+        _prefer(context, part.mesh, request.layer)
+    if kind < KIND:
+        kept += refs
 
 
-def _seams(parts: Sequence[_Part]) -> Flags | None:
-    """(T, 3) bool of all parts' triangles, None where nothing is marked."""
-    marked = [part.base.seams for part in parts]
-    if all(seams is None for seams in marked):
-        return None
-    shapes = [part.base.triangles.shape for part in parts]
-    return np.concatenate(
-        [np.zeros(shape, np.bool_) if seams is None else seams for seams, shape in zip(marked, shapes, strict=True)]
-    )
+def _parts(context: bpy.types.Context, wanted: Wanted, request: ChartRequest) -> list[Part]:
+    return parts_of(context, wanted, in_world=bool(request.atlas))
 
 
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """A mesh to chart. vertices: (V, 3) float32, as large in the world as they are in an atlas."""
-
-    ref: BlockRef
-    obj: bpy.types.Object
-    base: BaseTriangles
-    vertices: Floats
-
-    @property
-    def mesh(self) -> bpy.types.Mesh:
-        """The object's."""
-        return mesh_of(self.obj)
-
-
-def _parts(context: bpy.types.Context, refs: Sequence[BlockRef], request: ChartRequest) -> list[_Part]:
-    """Raises InputError for an object that is not there by now, and for one that an atlas cannot hold."""
-    objects, parts = synced(view_layer_in(context)), []
+def _without_edited(context: bpy.types.Context, parts: Sequence[Part], charting: ChartJob) -> list[Part]:
+    """Those of an atlas that can be laid out anew; the others are refused. Raises InputError where none is left."""
+    left = []
     with object_mode(context):
-        for ref in refs:
-            obj = find(objects, ref)
-            if obj is None:
-                gone = "removed" if find(bpy.data.objects, ref) is None else "taken out of the view layer that is shown"
-                raise InputError(f"{ref.label}: it was {gone} while its charts were made; start again")
-            if obj.type != "MESH":
-                raise InputError(
-                    f"{ref.label}: it was made another kind of object while its charts were made; start again"
-                )
-            base = base_triangles(context, obj)
-            vertices = base.vertices
-            if request.atlas:
-                vertices = (vertices @ _stretch_of(ref.label, obj).T).astype(np.float32)
-                if not np.isfinite(vertices).all():
-                    raise InputError(f"{ref.label}: some vertices are not finite numbers; delete them, or leave it out")
-            parts.append(_Part(ref, obj, base, vertices))
-    return parts
+        for part in parts:
+            try:
+                _refuse_edited(part, charting.request.layer)
+            except InputError as refusal:
+                charting.refused[part.ref] = refusal
+            else:
+                left.append(part)
+    if not left:
+        raise charting.refused[parts[0].ref]
+    return left
 
 
-def _stretch_of(name: str, obj: bpy.types.Object) -> Doubles:
-    """(3, 3): how large an object is in the world, each way, whichever way it is turned: the symmetric factor of its
-    matrix' polar decomposition, rounded so that turning it changes no charts."""
-    linear = matrix_of(obj.matrix_world)[:3, :3]
-    if not np.isfinite(linear).all():
-        raise InputError(f"{name}: its transform is not finite; clear the rotation or scale that is not")
-    squares, axes = np.linalg.eigh(linear.T @ linear)
-    stretch = (axes * np.sqrt(np.maximum(squares, 0.0))) @ axes.T
-    step = _ROUNDED * max(float(np.abs(stretch).max()), 1e-300)
-    rounded: Doubles = np.rint(stretch / step) * step
-    return rounded
+def _told(figures: ChartFigures, parts: Sequence[Part], request: ChartRequest) -> str:
+    """What was made, in a line."""
+    kept, how = sum(part.own is not None for part in parts), " by Smart UV Project" if request.by_blender else ""
+    if kept == len(parts):
+        how = ", those of their own UV maps side by side,"
+    elif kept:
+        how = f", those of {kept} of {len(parts)} UV maps beside new ones{how},"
+    return f"{figures.count} charts{how} in the UV map {request.layer}, {figures.in_words()}"
+
+
+def _standing(parts: Sequence[Part], request: ChartRequest) -> int | None:
+    """The kind of the charts made before, where they are to stay; None where new ones are to be made.
+
+    What an earlier release made stays until new charts are asked for. An artist may have been at them.
+    """
+    marks = [mark_of(part.mesh, request.layer) for part in parts]
+    kinds = {mark.kind for mark in marks if mark is not None}
+    if None in marks or (request.anew and kinds != {KIND}):
+        return None
+    for by_blender in request.accepted:
+        wanted = {kind: fingerprint(parts, request, by_blender=by_blender, kind=kind) for kind in kinds}
+        if all(mark and mark.made_for == f"{wanted[mark.kind]}{i}" for i, mark in enumerate(marks)):
+            return min(kinds)
+    return None
+
+
+def _make(
+    context: bpy.types.Context, title: str, parts: Sequence[Part], request: ChartRequest, progress: Progress
+) -> Generator[Callable[[], Any], Any, ChartLayout]:
+    """One layout for these meshes, written into them."""
+    with object_mode(context):
+        for part in parts:
+            _refuse_linked(part.obj, part.ref)
+            _refuse_edited(part, request.layer)
+    made_for = fingerprint(parts, request, by_blender=request.by_blender, kind=KIND)
+    wanted = {part.ref: part.source for part in parts}
+    layout = yield from layout_steps(context, title, parts, request, progress)
+    again = _parts(context, wanted, request)  # the artist, or an undo, may have been at it
+    if fingerprint(again, request, by_blender=request.by_blender, kind=KIND) != made_for:
+        raise InputError(f"{title}: it was changed while its charts were made; start again")
+    with object_mode(context):
+        for part in again:
+            _refuse_edited(part, request.layer)
+        for i, (part, uv) in enumerate(zip(again, layout.uv, strict=True)):
+            write_uv(context, part.obj, request.layer, uv, part.base.loops)
+            set_mark(part.mesh, request.layer, f"{made_for}{i}", part.source)
+            _prefer(context, part.mesh, request.layer)
+    return layout
+
+
+def _prefer(context: bpy.types.Context, mesh: bpy.types.Mesh, name: str) -> None:
+    """Of our own maps the last that was baked onto is active; an artist's stays so."""
+    active = mesh.uv_layers.active
+    if library_of(mesh) is not None or active is None or active.name == name or active.name not in OUR_NAMES:
+        return
+    with object_mode(context):
+        if is_ours(mesh, active.name):
+            mesh.uv_layers.active = mesh.uv_layers[name]
 
 
 def _refuse_linked(obj: bpy.types.Object, ref: BlockRef) -> None:
@@ -311,16 +260,10 @@ def _refuse_linked(obj: bpy.types.Object, ref: BlockRef) -> None:
         )
 
 
-def _fits(mesh: bpy.types.Mesh, request: ChartRequest, mark: str) -> bool:
-    """Whether the charts made before are those of now."""
-    return mesh.get(MARKS[request.layer]) == mark and request.layer in mesh.uv_layers
-
-
-def _fingerprint(parts: Sequence[_Part], request: ChartRequest, by_blender: bool) -> str:
-    """Tells whether charts made before still fit."""
-    how = repr((request.size, SMART)) if by_blender else repr(request.size)
-    digest = hashlib.blake2b(how.encode(), digest_size=16)
-    for part in parts:
-        for array in (part.vertices, part.base.triangles, part.base.polygons):
-            digest.update(array.tobytes())
-    return digest.hexdigest()
+def _refuse_edited(part: Part, layer: str) -> None:
+    """What an artist has made, or been at, is never written over."""
+    if layer in part.mesh.uv_layers and not is_ours(part.mesh, layer):
+        raise InputError(
+            f"{part.ref.label}: new charts would take the place of its UV map {layer}, which was made or edited by "
+            "hand; rename it to keep it, or remove it"
+        )

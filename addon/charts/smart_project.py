@@ -1,4 +1,4 @@
-"""Blender's own unwrap, where there is no xatlas or the artist prefers it: Smart UV Project on copies of the meshes."""
+"""Blender's own unwrap, where ours fails or the artist prefers it: Smart UV Project on copies of the meshes."""
 
 from __future__ import annotations
 
@@ -17,13 +17,12 @@ from ..typed import mesh_of, scene_in, view_layer_in
 _ANGLE = radians(66.0)  # the operator's default: faces that turn more part
 
 
-def smart_unwrap(
-    context: bpy.types.Context, objects: Sequence[bpy.types.Object], margin: float, *, in_world: bool
-) -> list[Floats]:
-    """One layout for the meshes of several objects; nothing of theirs changes.
+def smart_unwrap(context: bpy.types.Context, objects: Sequence[bpy.types.Object], *, in_world: bool) -> list[Floats]:
+    """Charts for the meshes of several objects; nothing of theirs changes.
 
-    margin: between charts, as a part of the image. in_world: as large in it as they are in the world, not as meshes.
-    Returns (T, 3, 2) float32 UVs for each, by the triangles of `base_mesh.base_triangles`.
+    in_world: cut as they are in the world, not as meshes. Returns (T, 3, 2) float32 UVs for each, by the triangles of
+    `base_mesh.base_triangles`. They lie side by side without any room between them, for a layout to be made of: Blender
+    would let charts shrink to points where they are too many for the margin.
     """
     with object_mode(context), _copies(context, objects, in_world) as copies:
         try:
@@ -31,7 +30,7 @@ def smart_unwrap(
             bpy.ops.mesh.reveal(select=False)
             bpy.ops.mesh.select_all(action="SELECT")
             bpy.ops.uv.smart_project(
-                angle_limit=_ANGLE, island_margin=margin, margin_method="FRACTION", scale_to_bounds=False
+                angle_limit=_ANGLE, island_margin=0.0, margin_method="SCALED", scale_to_bounds=False
             )
         finally:
             bpy.ops.object.mode_set(mode="OBJECT")
@@ -92,4 +91,4 @@ def _bare(mesh: bpy.types.Mesh) -> None:
 def _layout(mesh: bpy.types.Mesh) -> Floats:
     values = np.empty((len(mesh.loops), 2), dtype=np.float32)
     mesh.uv_layers[0].uv.foreach_get("vector", values.reshape(-1))
-    return np.clip(values, 0.0, 1.0)[corners_of(mesh)]
+    return values[corners_of(mesh)]

@@ -277,6 +277,9 @@ class _Writer:
         entry = self._write(result, stem)
         if len(result.targets) > 1:
             entry["objects"] = [target.name for target in result.targets]
+        charting = self._outcome.charting
+        if (figures := charting.made.get(result.objects[0])) is not None:
+            entry["charts"] = figures.as_json(charting.request.layer)
         self.entries.append(entry)
         if self._options.cycles_samples:
             self._compare(result, stem, entry)

@@ -18,7 +18,8 @@ from ...core.progress import Progress
 from ...core.scene.scene import Instance, Scene
 from ...core.settings import Settings
 from ...core.texels.vertex_bake import check_corners, corner_image, with_corner_cells
-from ..charts.chart_job import ChartJob, ChartRequest, chart_steps
+from ..charts.chart_job import ChartJob, chart_steps
+from ..charts.chart_request import ChartRequest
 from ..output.color_attributes import check_colours
 from ..output.result import Result
 from ..read.blender_state import synced
@@ -78,7 +79,7 @@ def bake_steps(
         outcome.states.update(dict.fromkeys(job.objects, WAITING))
         refs: Sequence[BlockRef] = job.objects
         if not job.layout.corners:
-            refs = yield from prepared_charts(context, job, progress, outcome)
+            refs = yield from prepared_charts(context, job, progress, outcome, then=len(job.objects))
         progress.enter("reading the scene")
         with outcome.clock.stage("extract"):
             refs, scene = _read(context, refs, job, outcome)
@@ -135,13 +136,14 @@ def _bake_all(refs: Sequence[BlockRef], job: BakeJob, progress: Progress, outcom
 
 
 def prepared_charts(
-    context: bpy.types.Context, job: BakeJob, progress: Progress, outcome: Outcome
+    context: bpy.types.Context, job: BakeJob, progress: Progress, outcome: Outcome, then: int = 0
 ) -> Generator[Callable[[], Any], Any, list[BlockRef]]:
     """`chart_steps` for these options, what it has to say in the outcome. Returns the objects to go on with. Raises as
     that, and InputError where none is left."""
-    size = job.settings.image.size
-    outcome.charting = ChartJob(ChartRequest(job.uv, job.layout.atlas, job.smart, size), clock=outcome.clock)
-    yield from chart_steps(context, job.objects, outcome.charting, progress)
+    layout = job.layout
+    request = ChartRequest(job.uv, layout.atlas, job.smart, job.settings.image.size, layout.udim)
+    outcome.charting = ChartJob(request, clock=outcome.clock)
+    yield from chart_steps(context, job.objects, outcome.charting, progress, then)
     for ref, refusal in outcome.charting.refused.items():
         outcome.refuse(ref, refusal)
     outcome.notes += outcome.charting.notes

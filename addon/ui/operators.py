@@ -21,7 +21,8 @@ from ...core.finish.report import (
 from ...core.maps.occlusion import AMBIENT
 from ...core.progress import Progress
 from ...core.scene.scene import Instance
-from ..charts.chart_job import CHARTS, MARKS, SMART
+from ..charts.chart_marks import OUR_NAMES
+from ..charts.chart_request import CHARTS, SMART
 from ..charts.rollback import chart_rollback
 from ..compare.steps import compare_here, compare_in_child
 from ..job.bake_job import BakeJob, Deliver, bake_steps, prepared_charts
@@ -345,7 +346,7 @@ def _shown_map(obj: bpy.types.Object, target: Instance) -> str | None:
     renders, which they take of themselves."""
     baked = target.mesh.uv_map
     for_renders = next((layer.name for layer in mesh_of(obj).uv_layers if layer.active_render), None)
-    return None if baked == for_renders and baked not in MARKS else baked
+    return None if baked == for_renders and baked not in OUR_NAMES else baked
 
 
 def result_lines(baked: Baked) -> list[str]:

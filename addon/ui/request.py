@@ -14,7 +14,7 @@ from ...core.base.errors import InputError
 from ...core.base.foreign_text import json_object
 from ...core.charts.udim import Udim
 from ...core.options.values import settings_of_panel
-from ..charts.chart_job import CHARTS, SMART
+from ..charts.chart_request import CHARTS, SMART
 from ..job.bake_job import BakeJob, Layout
 from ..output.destination import CHANNEL, COLOURS, Destination
 from ..output.ownership import owners_of

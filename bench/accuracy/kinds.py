@@ -13,7 +13,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...addon.charts.chart_job import CHARTS
+from ...addon.charts.chart_request import CHARTS
 from ...addon.cli.hard_exit import leave
 from ...addon.compare.comparison import Beside, Compared, bake_beside
 from ...addon.job.bake_job import BakeJob, Layout, bake_steps

@@ -84,6 +84,13 @@ def tiles_of(mesh: Mesh, udim: Udim = Udim.AUTO) -> UvTiles:
     return UvTiles(_numbers(uv, whole), outside=int(np.count_nonzero(outside)))
 
 
+def are_copies(mesh: Mesh, udim: Udim = Udim.AUTO) -> bool:
+    """Whether UVs beyond the unit square are those of copies that were moved aside: they lie upon what is in it."""
+    if mesh.uv is None or udim is Udim.LAYOUT:
+        return False
+    return udim is Udim.STACKED or tiles_of(mesh, udim).taken_for == _COPIES
+
+
 def corner_of(tile: int) -> tuple[int, int]:
     """Where a tile begins, u and v."""
     row, column = divmod(tile - FIRST, ACROSS)

@@ -9,7 +9,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts.chart_job import CHART_MAP  # noqa: E402
+from occlusion_bake.addon.charts.chart_marks import CHART_MAP  # noqa: E402
 from occlusion_bake.addon.read import rendered_maps  # noqa: E402
 from occlusion_bake.addon.read.block_ref import refs_of  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402

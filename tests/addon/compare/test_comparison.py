@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts.chart_job import CHARTS  # noqa: E402
+from occlusion_bake.addon.charts.chart_request import CHARTS  # noqa: E402
 from occlusion_bake.addon.compare.comparison import Compared, compare_with_cycles  # noqa: E402
 from occlusion_bake.addon.compare.steps import _wait_for  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, bake_steps  # noqa: E402

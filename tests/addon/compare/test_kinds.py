@@ -18,6 +18,7 @@ from occlusion_bake.addon.job.runner import run  # noqa: E402
 from occlusion_bake.addon.read.high_low_pairs import paired_with  # noqa: E402
 from occlusion_bake.addon.read.occluder_filter import OccluderFilter  # noqa: E402
 from occlusion_bake.core.base.errors import InputError  # noqa: E402
+from occlusion_bake.core.charts.udim import Udim  # noqa: E402
 from occlusion_bake.core.maps.occlusion import AMBIENT, OcclusionMap  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.core.rays.map_spec import reflection  # noqa: E402
@@ -94,7 +95,7 @@ def atlas() -> BakeJob:
 
 
 def overlapping_atlas() -> BakeJob:
-    return job_of(*floors(0.25), layout=Layout("Sheet"))
+    return job_of(*floors(0.25), layout=Layout("Sheet", Udim.STACKED))  # as its maps are
 
 
 def batch() -> BakeJob:
@@ -187,7 +188,7 @@ def test_an_atlas_of_nothing_but_shared_texels_is_refused() -> None:
     blender.plane("One")
     blender.plane("Two", location=(3.0, 0.0, 0.0))
     with pytest.raises(InputError, match=r"^Sheet: its objects lie on one another in the UV map; .*new charts$"):
-        compared(job_of("One", "Two", layout=Layout("Sheet")), samples=1)
+        compared(job_of("One", "Two", layout=Layout("Sheet", Udim.STACKED)), samples=1)
 
 
 def test_between_hard_edges_rays_start_as_far_up_as_ours() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import sys
 import weakref
 from functools import partial
 from pathlib import Path
@@ -14,8 +15,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from mathutils import Matrix  # noqa: E402
-from occlusion_bake.addon.charts import chart_job  # noqa: E402
-from occlusion_bake.addon.charts.chart_job import ATLAS_MAP, CHART_MAP  # noqa: E402
+from occlusion_bake.addon.charts import chart_request  # noqa: E402
+from occlusion_bake.addon.charts.chart_marks import ATLAS_MAP, CHART_MAP  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, Layout, bake_steps  # noqa: E402
 from occlusion_bake.addon.job.outcome import DONE, REFUSED, Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
@@ -109,15 +110,19 @@ def test_maps_that_all_have_are_used_as_they_are(settings: Any) -> None:
     assert "Atlas: " in lines and "overlap" not in lines
 
 
-def test_maps_of_objects_that_overlap_are_told(settings: Any) -> None:
-    blender.plane("One")
-    blender.plane("Two", location=(0, 0, 3))
+def test_maps_of_objects_that_overlap_a_little_are_used_and_told(settings: Any) -> None:
+    """As they are where a tenth of one at most lies on others, and wholly where that is said to be meant."""
+    blender.plane("One", uv=((0, 0), (0.5, 0), (0.5, 1), (0, 1)))
+    two = blender.plane("Two", uv=((0.46875, 0), (1, 0), (1, 1), (0.46875, 1)), location=(0, 0, 3))
     settings(layout="ATLAS")
     bake_onto("One", "Two")
-    assert (
-        "Atlas: objects overlap one another in the UV map on 4096 of 4096"
-        in bpy.context.window_manager.occlusion_bake.lines
-    )
+    said = "Atlas: objects overlap one another in the UV map on {} of 4096"
+    assert said.format(128) in bpy.context.window_manager.occlusion_bake.lines
+    two.data.uv_layers[0].uv.foreach_set("vector", [0, 0, 1, 0, 1, 1, 0, 1])
+    settings(udim="STACKED")
+    bake_onto("One", "Two")
+    assert said.format(2048) in bpy.context.window_manager.occlusion_bake.lines
+    assert [layer.name for obj in bpy.data.objects for layer in obj.data.uv_layers] == ["UVMap"] * 2
 
 
 def test_one_that_cannot_be_in_it_does_not_stop_the_others(settings: Any) -> None:
@@ -390,9 +395,13 @@ def test_smart_charts_are_square_whatever_the_mesh_has(settings: Any) -> None:
     assert areas[1] == pytest.approx(4.0 * areas[0], rel=1e-2)
 
 
-def test_where_xatlas_is_missing_the_second_press_unwraps(monkeypatch: pytest.MonkeyPatch, settings: Any) -> None:
+def test_where_xatlas_is_missing_the_second_press_unwraps(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, settings: Any
+) -> None:
     obj = blender.bare_cube("Bare")
-    monkeypatch.setattr(chart_job, "has_unwrapper", lambda: False)
+    monkeypatch.setattr(chart_request, "has_unwrapper", lambda: False)
+    (tmp_path / "xatlas.py").write_text("raise ImportError")
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     settings()
     with pytest.raises(RuntimeError, match=r"Bare: it needs UV charts .*press Bake again"):
         bake_onto("Bare")
@@ -423,7 +432,7 @@ def test_where_xatlas_is_killed_the_second_press_unwraps_what_it_did_not(
     assert "Bad: it needs UV charts and the process that makes them was ended" in said and "press Bake again" in said
     assert not bad.data.uv_layers
     assert bake_onto("Good", "Bad") == {"FINISHED"}
-    assert "Bad: charts by Smart UV Project" in bpy.context.window_manager.occlusion_bake.lines
+    assert "Bad: 6 charts by Smart UV Project" in bpy.context.window_manager.occlusion_bake.lines
     np.testing.assert_array_equal(layout(good, CHART_MAP), before)
 
 
@@ -442,7 +451,9 @@ def test_the_command_unwraps_by_blender(bake: Any) -> None:
     blender.bare_cube("Bare")
     run_ = bake("--uv", "smart")
     assert (run_.status, run_.err) == (0, "")
-    assert run_.report["notes"][0] == f"Bare: charts by Smart UV Project in the UV map {CHART_MAP}"
+    assert run_.report["notes"][0].startswith(
+        f"Bare: 6 charts by Smart UV Project in the UV map {CHART_MAP}, stretch 1.000"
+    )
 
 
 # The queue

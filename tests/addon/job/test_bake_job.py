@@ -11,8 +11,9 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts import chart_job  # noqa: E402
-from occlusion_bake.addon.charts.chart_job import CHART_MAP, CHARTS  # noqa: E402
+from occlusion_bake.addon.charts import chart_layout  # noqa: E402
+from occlusion_bake.addon.charts.chart_marks import CHART_MAP  # noqa: E402
+from occlusion_bake.addon.charts.chart_request import CHARTS  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, bake_steps, meshes_in_render  # noqa: E402
 from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
@@ -210,8 +211,8 @@ def test_a_mesh_changed_while_its_charts_are_made(
         act()
         return unwrap(*arguments, **options)
 
-    unwrap = chart_job.unwrap_in_process
-    monkeypatch.setattr(chart_job, "unwrap_in_process", meanwhile)
+    unwrap = chart_layout.unwrap_in_process
+    monkeypatch.setattr(chart_layout, "unwrap_in_process", meanwhile)
     with pytest.raises(InputError, match=rf"^Bare: it was {what} while its charts were made; start again$"):
         go("Bare")
     assert not mesh.uv_layers

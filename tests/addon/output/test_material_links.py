@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts.chart_job import CHART_MAP  # noqa: E402
+from occlusion_bake.addon.charts.chart_marks import CHART_MAP  # noqa: E402
 from occlusion_bake.addon.output.material_links import has_linked_images, link_images, unlink_images  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.blender import bake_onto, base_colour, material, set_panel  # noqa: E402

@@ -13,7 +13,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts.chart_job import CHART_MAP  # noqa: E402
+from occlusion_bake.addon.charts.chart_marks import CHART_MAP  # noqa: E402
 from occlusion_bake.addon.cli.options import parsed, parser, settings_of  # noqa: E402
 from occlusion_bake.addon.compare.steps import ao_alone, child_values  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, Layout  # noqa: E402

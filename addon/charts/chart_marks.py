@@ -1,0 +1,167 @@
+"""Marks on meshes: which of their UV maps are ours, what those were made for, and whether an artist has been at them.
+
+A map is ours as long as it has one of our names, a mark, and the UVs that we gave it. Where faces have been added or
+removed since, those that are in the place where they were then tell: an edit of the mesh leaves their UVs alone. Marks
+of releases before the second kind of charts say nothing of UVs; their maps count as ours.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+
+from ...core.base.arrays import Floats
+from ...core.base.foreign_text import json_object
+from ..materials.mesh_layers import values_of
+from ..read.mesh_arrays import corners_of, positions_of, vertices_of
+from ..typed import found_in
+
+CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"
+OUR_NAMES = (CHART_MAP, ATLAS_MAP)
+KIND = 2  # of the charts that are made of a mesh, one up where a release makes others of it; 1: those without a number
+_KEYS = {CHART_MAP: "occlusion_bake_charts", ATLAS_MAP: "occlusion_bake_atlas"}  # custom properties of meshes
+_WITNESSES = 1024  # triangles that are kept to tell an edit of the UVs from one of the mesh
+
+
+@dataclass(frozen=True)
+class Mark:
+    """What a UV map was made for, and how it was left. made_for: a fingerprint of what charts depend on. kind: of the
+    charts. source: the UV map whose charts were laid out anew, where some were. mesh, uv: fingerprints of its corners
+    and of its UVs, empty where they are not known."""
+
+    made_for: str
+    kind: int = KIND
+    source: str = ""
+    mesh: str = ""
+    uv: str = ""
+
+
+def mark_of(mesh: bpy.types.Mesh, layer: str) -> Mark | None:
+    """That of a map of one of our names; None where the mesh has no such map, or we did not make it."""
+    text: Any = mesh.get(_KEYS[layer])
+    if not isinstance(text, str) or layer not in mesh.uv_layers:
+        return None
+    if not text.startswith("{"):
+        return Mark(text, kind=1)
+    try:
+        return Mark(**json_object(text))
+    except TypeError:  # of a later release
+        return None
+
+
+def set_mark(mesh: bpy.types.Mesh, layer: str, made_for: str, source: str = "") -> None:
+    """A map has just been made, of what this fingerprint tells."""
+    uv = _uv_of(mesh, layer)
+    mark = Mark(made_for, KIND, source, _mesh_fingerprint(mesh), _fingerprint(uv))
+    _store(mesh, _KEYS[layer], json.dumps(asdict(mark)))
+    _store(mesh, _witness_key(layer), _witnesses(mesh, uv).view(np.int32).ravel())
+
+
+def is_ours(mesh: bpy.types.Mesh, layer: str) -> bool:
+    """Whether a UV map was made by us and is as we left it, give or take what edits of the mesh do to it. The mesh is
+    not in Edit Mode."""
+    mark = mark_of(mesh, layer) if layer in OUR_NAMES else None
+    if mark is None:
+        return False
+    if not mark.uv:
+        return True
+    uv = _uv_of(mesh, layer)
+    if mark.mesh == _mesh_fingerprint(mesh):
+        return mark.uv == _fingerprint(uv)
+    return not _contradicted(mesh, uv, layer)
+
+
+@dataclass(frozen=True)
+class KeptMark:
+    """A mark as it is stored, to be put back."""
+
+    text: Any
+    witnesses: Any
+
+    @staticmethod
+    def of(mesh: bpy.types.Mesh, layer: str) -> KeptMark:
+        """None in it where there is none."""
+        witnesses = mesh.get(_witness_key(layer))
+        return KeptMark(mesh.get(_KEYS[layer]), None if witnesses is None else np.array(witnesses, np.int32))
+
+    def is_that_of(self, mesh: bpy.types.Mesh, layer: str) -> bool:
+        """Whether no other has been set."""
+        return bool(mesh.get(_KEYS[layer]) == self.text)
+
+    def restore(self, mesh: bpy.types.Mesh, layer: str) -> None:
+        """Put it back."""
+        _store(mesh, _KEYS[layer], self.text)
+        _store(mesh, _witness_key(layer), self.witnesses)
+
+
+def _store(mesh: bpy.types.Mesh, key: str, value: Any) -> None:
+    """A custom property, None for none. It is made anew, as Blender 4.5 writes an array over a shorter one past its
+    end."""
+    if mesh.get(key) is not None:
+        del mesh[key]
+    if value is not None:
+        mesh[key] = value
+
+
+def _witness_key(layer: str) -> str:
+    return f"{_KEYS[layer]}_witnesses"
+
+
+def _uv_of(mesh: bpy.types.Mesh, layer: str) -> Floats:
+    """(L, 2) float32."""
+    found: Any = found_in(mesh.uv_layers, layer)
+    return values_of(found.uv, "vector", len(mesh.loops), 2) + np.float32(0.0)  # -0 is 0
+
+
+def _fingerprint(*arrays: Any) -> str:
+    digest = hashlib.blake2b(digest_size=16)
+    for array in arrays:
+        digest.update(array.tobytes())
+    return digest.hexdigest()
+
+
+def _mesh_fingerprint(mesh: bpy.types.Mesh) -> str:
+    """Of which corner of which polygon is at which vertex, wherever the vertices are."""
+    starts = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_start", starts)
+    return _fingerprint(vertices_of(mesh, np.arange(len(mesh.loops), dtype=np.int32)), starts)
+
+
+def _hashed_triangles(mesh: bpy.types.Mesh, uv: Floats) -> Any:
+    """(T, 2) uint64: hashes of where each triangle is, and of its UVs."""
+    corners = corners_of(mesh)
+    places = positions_of(mesh)[vertices_of(mesh, corners)] + np.float32(0.0)
+    return np.stack([_hashed(places), _hashed(uv[corners])], axis=1)
+
+
+def _hashed(values: Floats) -> Any:
+    """(n,) uint64 of float32 (n, …)."""
+    words = np.ascontiguousarray(values).view(np.uint32).reshape(len(values), -1)
+    mixed = np.zeros(len(words), np.uint64)
+    for column in range(words.shape[1]):
+        mixed = (mixed ^ words[:, column]) * np.uint64(0x9E3779B97F4A7C15)
+        mixed ^= mixed >> np.uint64(29)
+    return mixed
+
+
+def _witnesses(mesh: bpy.types.Mesh, uv: Floats) -> Any:
+    """(n, 2) uint64: the triangles of the least hashes, as good as by chance; of those in one place all or none."""
+    hashed = _hashed_triangles(mesh, uv)
+    if len(hashed) > _WITNESSES:
+        limit = np.partition(hashed[:, 0], _WITNESSES)[_WITNESSES]
+        hashed = hashed[hashed[:, 0] < limit]
+    return hashed
+
+
+def _contradicted(mesh: bpy.types.Mesh, uv: Floats, layer: str) -> bool:
+    """Whether a triangle is in the place of one that is known, with UVs that none had there."""
+    known = np.array(mesh.get(_witness_key(layer), ()), np.int32).view(np.uint64).reshape(-1, 2)
+    now = _hashed_triangles(mesh, uv)
+    now = now[np.isin(now[:, 0], known[:, 0])]
+    pairs = {tuple(pair) for pair in known.tolist()}
+    return any(tuple(pair) not in pairs for pair in now.tolist())

@@ -1,0 +1,51 @@
+"""What charts are asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ...core.charts.udim import Udim
+from ...core.charts.unwrap import has_unwrapper
+from .chart_marks import ATLAS_MAP, CHART_MAP
+
+CHARTS, SMART = "charts", "smart"  # as the UV map of the options: make one, by us or by Blender
+PADDING = 4  # texels between charts
+
+
+def layer_of(uv: str | None) -> str | None:
+    """The UV map that an object alone is baked onto, by the job's options; None: the active one."""
+    return CHART_MAP if uv in (CHARTS, SMART) else uv
+
+
+@dataclass(frozen=True)
+class ChartRequest:
+    """What charts to make. uv: as in the job's options. atlas: its name, or empty. smart: by Blender, as ours could not
+    be made. size: of the image. udim: what UVs beyond the unit square are."""
+
+    uv: str | None = None
+    atlas: str = ""
+    smart: bool = False
+    size: tuple[int, int] = (1024, 1024)
+    udim: Udim = Udim.AUTO
+
+    @property
+    def by_blender(self) -> bool:
+        """Whether Blender unwraps."""
+        return self.uv == SMART or self.smart
+
+    @property
+    def anew(self) -> bool:
+        """Whether new charts are asked for, of all objects, be there any UV maps or not."""
+        return self.uv in (CHARTS, SMART)
+
+    @property
+    def layer(self) -> str:
+        """The UV map for charts."""
+        return ATLAS_MAP if self.atlas else CHART_MAP
+
+    @property
+    def accepted(self) -> list[bool]:
+        """Whose charts, made before, may stay: by Blender or not."""
+        if self.uv == SMART:
+            return [True]
+        return [False] if self.uv == CHARTS and has_unwrapper() and not self.smart else [False, True]
