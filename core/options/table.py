@@ -515,7 +515,8 @@ _WHERE = (
                 Item(
                     "charts",
                     "New Charts",
-                    "Charts in a UV map of their own; the mesh's other maps stay as they are",
+                    "Charts in a UV map of their own; the mesh's other maps stay as they are, as does one of ours that "
+                    "was renamed or edited",
                 ),
                 Item(
                     "smart",
@@ -526,8 +527,8 @@ _WHERE = (
         ),
         Flag(
             "--uv",
-            "the UV map; charts, smart: make one, by xatlas or Smart UV Project (the active, charts where there is "
-            "none)",
+            "the UV map; charts, smart: make one, of our charts or Smart UV Project's (the active, charts where there "
+            "is none)",
             {"metavar": "NAME|charts|smart", "choices": None},
         ),
         Place("UV Map", "Which UV map to bake onto", "options", 7),
@@ -540,8 +541,8 @@ _WHERE = (
                 Item(
                     ATLAS,
                     "All Objects",
-                    "The objects share their images: by their UV maps where all have one, else by charts that leave "
-                    "room for one another",
+                    "The objects share their images: by their UV maps where these leave room for one another, else by "
+                    "the charts of these and new ones of the others, side by side in a UV map of their own",
                 ),
             )
         ),
@@ -566,7 +567,9 @@ _WHERE = (
                 ),
                 Item(Udim.LAYOUT.value, "Layout", "Tiles of a UDIM layout: every tile gets its image, in tiled images"),
                 Item(
-                    Udim.STACKED.value, "Stacked", "Copies, moved aside: the first tile alone is baked, into one image"
+                    Udim.STACKED.value,
+                    "Stacked",
+                    "Copies, moved aside: the first tile alone is baked, into one image, by UV maps as they are",
                 ),
             ),
             "auto",
@@ -577,7 +580,7 @@ _WHERE = (
             "What UVs beyond the unit square are",
             "output",
             10,
-            shown=lambda chosen: chosen.layout == "EACH" and chosen.output in ("PACKED", "SAVED"),
+            shown=_is("output", PACKED, SAVED),
         ),
     ),
     Option(
