@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import Cancelled, InputError, NoUnwrapper
+from occlusion_bake.core.base.kernel_api import library
 from occlusion_bake.core.charts import unwrap_process
 from occlusion_bake.core.charts.unwrap import Charts, unwrap
 from occlusion_bake.core.charts.unwrap_process import unwrap_in_process
@@ -105,6 +106,22 @@ import pickle, sys
 pickle.load(sys.stdin.buffer)
 *_, seams = pickle.load(sys.stdin.buffer)
 pickle.dump(("refused", f"{seams.shape} {int(seams.ravel().nonzero()[0][0])}"), sys.stdout.buffer)
+"""
+
+
+@pytest.mark.usefixtures("only_apart")
+def test_the_child_has_the_kernel_of_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Which is not on the path of a Python that is started anew where it came with an extension."""
+    monkeypatch.setattr(unwrap_process, "_BOOT", unwrap_process._BOOT.replace(ANSWER, KERNEL))
+    with pytest.raises(InputError) as told:
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
+    assert str(told.value) == library()._name
+
+
+ANSWER = 'importlib.import_module(package + ".core.charts.unwrap_process").answer()'
+KERNEL = """
+name = importlib.import_module(package + ".core.base.kernel_api").library()._name
+pickle.dump(("refused", name), sys.stdout.buffer)
 """
 
 
