@@ -1,4 +1,5 @@
-/* The part of the kernel that makes UV charts: a mesh simplified, charts flattened, overlaps found, charts packed.
+/* The part of the kernel that makes UV charts: a mesh simplified, charts flattened, overlaps found, charts cut, charts
+ * packed.
  *
  * The contracts of occlusion_kernel.h hold here too. Same inputs, same bits, on any number of threads. A mesh is in
  * double precision, about its middle, its surface 1000 x 1000 large. No triangle uses a vertex twice.
@@ -46,6 +47,21 @@ OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int3
  * capacity 1 asks whether there is any. */
 OB_API int32_t ob_overlaps(const double *uv, const int32_t *group, int64_t triangle_count, double tolerance,
                            int32_t threads, int64_t capacity, int32_t *pairs, int64_t *count, ob_control *control);
+
+/* Cuts a chart in two that both hang together, along a short border. corners: triangle_count x 9, finite. neighbours:
+ * triangle_count x 3, across edge i, from corner i to corner i + 1, the triangle beyond, which has this one for a
+ * neighbour too, or -1. polygon: triangle_count; triangles of one polygon stay together. weight: triangle_count x 3,
+ * what a border along edge i costs, zero or more: its length times how little it is wanted there. first, second: two
+ * triangles that come to be on different sides; with -1, or where both are of one polygon, two that are about as far
+ * apart as any. side: triangle_count, 0 where `first` is and 1 where `second` is; all 0 of a single polygon. */
+OB_API int32_t ob_bisect(const double *corners, const int64_t *neighbours, const int64_t *polygon, const double *weight,
+                         int64_t triangle_count, int64_t first, int64_t second, uint8_t *side, ob_control *control);
+
+/* Cuts a chart, given as for ob_bisect, across its length into `count` parts of like length, along short borders. part:
+ * triangle_count, numbered from 0 from one end to the other. A part that does not hang together is as many parts, so
+ * that there may be more than asked for; polygons longer than a part make them fewer. */
+OB_API int32_t ob_divide(const double *corners, const int64_t *neighbours, const int64_t *polygon, const double *weight,
+                         int64_t triangle_count, int64_t count, int32_t *part, ob_control *control);
 
 typedef struct ob_packing {
   int32_t width, height, padding; /* of the image, in texels */

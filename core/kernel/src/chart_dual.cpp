@@ -1,0 +1,214 @@
+// Building the dual graph of a chart, and distances in it.
+#include "chart_dual.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "status.h"
+
+namespace ob {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kLargest = 0x1p+200; // squares of it, and sums of those, are finite
+constexpr int64_t kPops = 4096;       // between looks at whether it is cancelled
+// By so much of their mean all lengths and weights are more than they are told to be: no two nodes are in one place,
+// and no border is free.
+constexpr double kLeast = 1e-6;
+
+struct Point3 {
+  double x, y, z;
+};
+
+Point3 operator+(Point3 a, Point3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+Point3 operator-(Point3 a, Point3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+Point3 operator*(double s, Point3 a) { return {s * a.x, s * a.y, s * a.z}; }
+double norm(Point3 a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
+
+Point3 cross(Point3 a, Point3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+
+// Numbers from 0 in the order of the polygons' own.
+std::vector<int32_t> numbered(const int64_t *polygon, int64_t count) {
+  std::vector<int32_t> order(static_cast<size_t>(count));
+  std::iota(order.begin(), order.end(), 0);
+  if (!std::is_sorted(polygon, polygon + count)) {
+    std::sort(order.begin(), order.end(),
+              [&](int32_t a, int32_t b) { return polygon[a] < polygon[b] || (polygon[a] == polygon[b] && a < b); });
+  }
+  std::vector<int32_t> number(order.size());
+  int32_t last = 0;
+  for (size_t i = 0; i < order.size(); ++i) {
+    last += i > 0 && polygon[order[i]] != polygon[order[i - 1]] ? 1 : 0;
+    number[static_cast<size_t>(order[i])] = last;
+  }
+  return number;
+}
+
+// What is known of the mesh, read as points.
+class Mesh {
+public:
+  Mesh(const double *corners, const int64_t *neighbours, int64_t count)
+      : corners_(corners), neighbours_(neighbours), count_(count) {}
+
+  int64_t count() const { return count_; }
+
+  Point3 corner(int64_t triangle, int i) const {
+    const double *p = corners_ + 9 * triangle + 3 * i;
+    return {p[0], p[1], p[2]};
+  }
+
+  double area(int64_t t) const { return 0.5 * norm(cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0))); }
+  Point3 centroid(int64_t t) const { return (1.0 / 3.0) * (corner(t, 0) + corner(t, 1) + corner(t, 2)); }
+  Point3 middle(int64_t t, int edge) const { return 0.5 * (corner(t, edge) + corner(t, (edge + 1) % 3)); }
+
+  // Calls edge(triangle, its edge, the other triangle) once for each edge between two.
+  template <typename Edge> void each_edge(Edge edge) const {
+    for (int64_t t = 0; t < count_; ++t) {
+      for (int i = 0; i < 3; ++i) {
+        if (neighbours_[3 * t + i] > t) {
+          edge(t, i, neighbours_[3 * t + i]);
+        }
+      }
+    }
+  }
+
+private:
+  const double *corners_;
+  const int64_t *neighbours_;
+  int64_t count_;
+};
+
+// The middle of each polygon: that of its area, or of its triangles' middles where it has none.
+std::vector<Point3> middles(const Mesh &mesh, Dual &dual) {
+  const auto nodes = static_cast<size_t>(1 + *std::max_element(dual.node.begin(), dual.node.end()));
+  dual.area.assign(nodes, 0.0);
+  std::vector<Point3> weighted(nodes, Point3{});
+  std::vector<Point3> plain(nodes, Point3{});
+  std::vector<double> triangles(nodes, 0.0);
+  for (int64_t t = 0; t < mesh.count(); ++t) {
+    const auto n = static_cast<size_t>(dual.node[static_cast<size_t>(t)]);
+    const double area = mesh.area(t);
+    dual.area[n] += area;
+    weighted[n] = weighted[n] + area * mesh.centroid(t);
+    plain[n] = plain[n] + mesh.centroid(t);
+    triangles[n] += 1.0;
+  }
+  for (size_t n = 0; n < nodes; ++n) {
+    const bool flat = !(dual.area[n] > std::numeric_limits<double>::min());
+    weighted[n] = flat ? (1.0 / triangles[n]) * plain[n] : (1.0 / dual.area[n]) * weighted[n];
+  }
+  if (std::all_of(dual.area.begin(), dual.area.end(), [](double area) { return area == 0.0; })) {
+    dual.area.assign(nodes, 1.0); // so that there is something to share
+  }
+  return weighted;
+}
+
+struct Way {
+  double length;
+  int32_t node;
+};
+
+bool is_longer(const Way &a, const Way &b) { return a.length > b.length; }
+
+// Adds a small part of their mean to numbers of zero or more, or one where all are zero.
+void lift(std::vector<double> &values) {
+  double total = 0.0;
+  for (const double value : values) {
+    total += value;
+  }
+  const double least = total > 0.0 ? kLeast * total / static_cast<double>(values.size()) : 1.0;
+  for (double &value : values) {
+    value += least;
+  }
+}
+
+} // namespace
+
+const char *error_in(const double *corners, const int64_t *neighbours, const double *weight, int64_t triangle_count) {
+  for (int64_t i = 0; i < 9 * triangle_count; ++i) {
+    if (!(std::fabs(corners[i]) <= kLargest)) {
+      return "a chart with corners that are not finite, or too far away";
+    }
+  }
+  for (int64_t i = 0; i < 3 * triangle_count; ++i) {
+    if (neighbours[i] < -1 || neighbours[i] >= triangle_count || !(weight[i] >= 0.0 && weight[i] <= kLargest)) {
+      return "a chart with neighbours or weights out of range";
+    }
+  }
+  return nullptr;
+}
+
+Dual dual_of(const double *corners, const int64_t *neighbours, const int64_t *polygon, const double *weight,
+             int64_t triangle_count) {
+  const Mesh mesh(corners, neighbours, triangle_count);
+  Dual dual;
+  dual.node = numbered(polygon, triangle_count);
+  const std::vector<Point3> middle = middles(mesh, dual);
+  const auto each_border = [&](auto border) {
+    mesh.each_edge([&](int64_t t, int i, int64_t other) {
+      const auto u = static_cast<size_t>(dual.node[static_cast<size_t>(t)]);
+      const auto v = static_cast<size_t>(dual.node[static_cast<size_t>(other)]);
+      if (u != v) {
+        border(u, v, t, i);
+      }
+    });
+  };
+  dual.graph.first.assign(dual.area.size() + 1, 0);
+  each_border([&](size_t u, size_t v, int64_t, int) {
+    ++dual.graph.first[u + 1];
+    ++dual.graph.first[v + 1];
+  });
+  std::partial_sum(dual.graph.first.begin(), dual.graph.first.end(), dual.graph.first.begin());
+  const auto arcs = static_cast<size_t>(dual.graph.first.back());
+  dual.graph.to.resize(arcs);
+  dual.length.resize(arcs);
+  dual.graph.weight.resize(arcs);
+  dual.graph.border.resize(arcs);
+  std::vector<int64_t> next(dual.graph.first.begin(), dual.graph.first.end() - 1);
+  each_border([&](size_t u, size_t v, int64_t t, int i) {
+    const Point3 edge = mesh.middle(t, i);
+    const double length = norm(edge - middle[u]) + norm(edge - middle[v]);
+    const double border = norm(mesh.corner(t, (i + 1) % 3) - mesh.corner(t, i));
+    for (const auto &[from, to] : {std::pair{u, v}, std::pair{v, u}}) {
+      const auto arc = static_cast<size_t>(next[from]++);
+      dual.graph.to[arc] = static_cast<int32_t>(to);
+      dual.length[arc] = length;
+      dual.graph.weight[arc] = weight[3 * t + i];
+      dual.graph.border[arc] = border;
+    }
+  });
+  lift(dual.length);
+  lift(dual.graph.weight);
+  return dual;
+}
+
+std::vector<double> distances(const Dual &dual, int32_t from, ob_control *control) {
+  std::vector<double> distance(dual.area.size(), kInfinity);
+  std::vector<Way> open{{0.0, from}}; // a heap
+  distance[static_cast<size_t>(from)] = 0.0;
+  for (int64_t pops = 0; !open.empty() && !(pops % kPops == 0 && cancelled(control)); ++pops) {
+    std::pop_heap(open.begin(), open.end(), is_longer);
+    const Way way = open.back();
+    open.pop_back();
+    if (way.length > distance[static_cast<size_t>(way.node)]) {
+      continue; // a shorter one has come since
+    }
+    dual.graph.each_arc(way.node, [&](size_t arc, int32_t to) {
+      const double length = way.length + dual.length[arc];
+      if (length < distance[static_cast<size_t>(to)]) {
+        distance[static_cast<size_t>(to)] = length;
+        open.push_back({length, to});
+        std::push_heap(open.begin(), open.end(), is_longer);
+      }
+    });
+  }
+  return distance;
+}
+
+int32_t farthest(const std::vector<double> &distance) {
+  return static_cast<int32_t>(std::max_element(distance.begin(), distance.end()) - distance.begin());
+}
+
+} // namespace ob
