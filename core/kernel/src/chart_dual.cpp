@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "status.h"
 
@@ -110,7 +111,8 @@ struct Way {
   int32_t node;
 };
 
-bool is_longer(const Way &a, const Way &b) { return a.length > b.length; }
+// For the heap; an object, so that it is compiled into that.
+constexpr auto kIsLonger = [](const Way &a, const Way &b) { return a.length > b.length; };
 
 // Adds a small part of their mean to numbers of zero or more, or one where all are zero.
 void lift(std::vector<double> &values) {
@@ -189,7 +191,7 @@ std::vector<double> distances(const Dual &dual, int32_t from, ob_control *contro
   std::vector<Way> open{{0.0, from}}; // a heap
   distance[static_cast<size_t>(from)] = 0.0;
   for (int64_t pops = 0; !open.empty() && !(pops % kPops == 0 && cancelled(control)); ++pops) {
-    std::pop_heap(open.begin(), open.end(), is_longer);
+    std::pop_heap(open.begin(), open.end(), kIsLonger);
     const Way way = open.back();
     open.pop_back();
     if (way.length > distance[static_cast<size_t>(way.node)]) {
@@ -200,7 +202,7 @@ std::vector<double> distances(const Dual &dual, int32_t from, ob_control *contro
       if (length < distance[static_cast<size_t>(to)]) {
         distance[static_cast<size_t>(to)] = length;
         open.push_back({length, to});
-        std::push_heap(open.begin(), open.end(), is_longer);
+        std::push_heap(open.begin(), open.end(), kIsLonger);
       }
     });
   }

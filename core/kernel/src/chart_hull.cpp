@@ -15,7 +15,8 @@ constexpr double kShort = 0x1p-10;
 double cross(Point2 a, Point2 b) { return a.x * b.y - a.y * b.x; }
 Point2 operator-(Point2 a, Point2 b) { return {a.x - b.x, a.y - b.y}; }
 
-bool is_before(Point2 a, Point2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); }
+// For the sort; an object, so that it is compiled into that.
+constexpr auto kIsBefore = [](Point2 a, Point2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); };
 
 // Whether b, on the way from a to c, is no corner of a chain that turns left.
 bool is_straight(Point2 a, Point2 b, Point2 c, double off) {
@@ -88,7 +89,7 @@ bool drop_edge(Point2 *corners, int count) {
 
 Hull Hull::of(Point2 *points, int count) {
   Point2 corners[2 * kHullPoints];
-  std::sort(points, points + count, is_before); // equal points are alike
+  std::sort(points, points + count, kIsBefore); // equal points are alike
   Box2 box{{points[0].x, points[0].y}, {points[0].x, points[0].y}};
   for (int i = 1; i < count; ++i) {
     box = about(box, {{points[i].x, points[i].y}, {points[i].x, points[i].y}});
