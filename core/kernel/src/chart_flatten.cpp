@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <numeric>
 
+#include "chart_disk.h"
 #include "chart_layout.h"
+#include "chart_measure.h"
 #include "chart_plane.h"
 #include "occlusion_charts.h"
 #include "parallel.h"
@@ -11,8 +13,6 @@ namespace ob::flatten {
 namespace {
 
 constexpr double kTexels = 1000.0; // size of a chart in texels, at which float32 has to hold it
-
-size_t at(int32_t index) { return static_cast<size_t>(index); }
 
 struct Job {
   const double *points;
@@ -29,7 +29,8 @@ struct Job {
 class Flattener {
 public:
   // number: of each vertex, for use as the chart's own vertices need it; kNone at first.
-  Flattener(const Job &job, std::vector<int32_t> &number) : job_(job), number_(number), watch_(job.control) {}
+  Flattener(const Job &job, std::vector<int32_t> &number)
+      : job_(job), number_(number), watch_(job.control), builder_(watch_) {}
 
   ob_flattened flatten(int64_t chart) {
     watch_.look();
@@ -39,11 +40,12 @@ public:
       return OB_NOT_A_DISK;
     }
     number_vertices(begin, end);
-    if (!builder_.build(corners_, static_cast<int32_t>(globals_.size()))) {
+    if (!builder_.build(corners_, static_cast<int32_t>(globals_.size()), mesh_)) {
       return OB_NOT_A_DISK;
     }
+    keep_corners();
     place_points();
-    const bool flat = lay_flat(builder_.mesh(), points_, uv_) && keeps_triangles(Exempt::none);
+    const bool flat = lay_flat(mesh_, points_, uv_) && keeps_triangles(Exempt::none);
     const bool sound = flat || unfold();
     const bool scaled = scale_to_surface();
     write();
@@ -61,6 +63,13 @@ private:
         globals_.push_back(*corner);
       }
       corners_.push_back(number);
+    }
+  }
+
+  // The mesh's triangles as they are now, by its vertices.
+  void keep_corners() {
+    for (size_t triangle = 0; triangle < mesh_.triangles.size(); ++triangle) {
+      std::copy_n(mesh_.triangles[triangle].origin.begin(), 3, corners_.begin() + static_cast<int64_t>(3 * triangle));
     }
   }
 
@@ -85,20 +94,18 @@ private:
   }
 
   bool unfold() {
-    mesh_ = builder_.mesh();
-    measure(mesh_, points_, metric_);
-    coarsen(mesh_, metric_, points_, watch_, hierarchy_);
+    measure(points_, watch_, mesh_);
+    coarsen(mesh_, points_, watch_, hierarchy_);
     uv_.resize(points_.size());
-    return layout_.unfold(mesh_, metric_, hierarchy_, watch_, uv_);
+    return layout_.unfold(mesh_, hierarchy_, watch_, uv_);
   }
 
   // Makes the chart's area that of its surface, in the caller's units. False where there is none.
   bool scale_to_surface() {
-    const HalfEdgeMesh &mesh = builder_.mesh();
     double flat = 0.0;
     double surface = 0.0;
-    for (size_t corner = 0; corner < mesh.origin.size(); corner += 3) {
-      const int32_t *v = mesh.origin.data() + corner;
+    for (size_t corner = 0; corner < corners_.size(); corner += 3) {
+      const int32_t *v = corners_.data() + corner;
       flat += doubled_area(uv_[at(v[0])], uv_[at(v[1])], uv_[at(v[2])]);
       surface += length(cross(points_[at(v[1])] - points_[at(v[0])], points_[at(v[2])] - points_[at(v[0])]));
     }
@@ -129,13 +136,13 @@ private:
   const Job &job_;
   std::vector<int32_t> &number_;
   Watch watch_;
-  double size_ = 1.0; // of the chart; points_ are in units of it
-  std::vector<int32_t> globals_, corners_;
+  double size_ = 1.0;            // of the chart; points_ are in units of it
+  std::vector<int32_t> globals_; // the caller's numbers of the vertices, as they come
+  std::vector<int32_t> corners_; // 3 a triangle: by these, and by the mesh's vertices once there is one
   DiskBuilder builder_;
   std::vector<Vector3> points_;
   std::vector<Vector2> uv_;
-  HalfEdgeMesh mesh_;
-  Metric metric_;
+  Mesh mesh_;
   Hierarchy hierarchy_;
   Layout layout_;
 };
@@ -157,9 +164,8 @@ bool Flattener::keeps_triangles(Exempt exempt) const {
     return Vector2{static_cast<double>(static_cast<float>(texels * p.x)),
                    static_cast<double>(static_cast<float>(texels * p.y))};
   };
-  const HalfEdgeMesh &mesh = builder_.mesh();
-  for (size_t corner = 0; corner < mesh.origin.size(); corner += 3) {
-    const size_t v[3] = {at(mesh.origin[corner]), at(mesh.origin[corner + 1]), at(mesh.origin[corner + 2])};
+  for (size_t corner = 0; corner < corners_.size(); corner += 3) {
+    const size_t v[3] = {at(corners_[corner]), at(corners_[corner + 1]), at(corners_[corner + 2])};
     if (!(doubled_area(uv_[v[0]], uv_[v[1]], uv_[v[2]]) > 0.0)) {
       return false;
     }
@@ -182,7 +188,7 @@ bool Flattener::is_sliver(const size_t *v) const {
 }
 
 const char *validation_error(const Job &job, int64_t triangle_count, std::vector<int32_t> &chart_of) {
-  if (job.vertex_count < 0 || job.vertex_count > INT32_MAX || triangle_count < 0 || triangle_count > INT32_MAX / 3 ||
+  if (job.vertex_count < 0 || job.vertex_count > INT32_MAX || triangle_count < 0 || triangle_count > INT32_MAX / 4 ||
       job.chart_count < 0 || job.chart_count > INT32_MAX) {
     return "charts of less than no vertices or triangles, or of more than 2^31 corners";
   }

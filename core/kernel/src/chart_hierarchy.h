@@ -21,30 +21,31 @@ struct Removal {
   Vector2 weight; // barycentric, of the first and the last; of two neighbours alone: by their edge
 };
 
+struct Shape { // of a triangle on the surface
+  std::array<int32_t, 3> corner;
+  std::array<double, 3> stiffness; // half the cotangent of the angle at each corner
+  double area;
+};
+
 // Triangles as they are before the removals from a certain one on.
 struct Level {
   int32_t removals; // how many came before
   std::vector<int32_t> vertices;
-  std::vector<int32_t> corners;  // 3 a triangle
-  std::vector<double> stiffness; // 3 a triangle: half the cotangent of the angle at each corner
-  std::vector<double> area;      // of each triangle
-
-  size_t triangle_count() const { return area.size(); }
+  std::vector<Shape> triangles;
 };
 
 struct Hierarchy {
   std::vector<Removal> removals;
   std::vector<int32_t> neighbours;
   std::vector<Spread> places; // of each neighbour, about the vertex, in the plane
-  std::vector<Level> levels;  // fine to coarse, each of half the vertices of the one before
+  std::vector<Level> levels;  // fine to coarse, each of at most half the vertices of the one before
 };
 
 // Coarsens a disk: vertices are moved onto a neighbour, those first whose going changes least, in independent sets
 // (Dobkin and Kirkpatrick 1985; Lee et al. 1998, "MAPS"). The shapes of the triangles are intrinsic: a star is spread
 // in the plane before its centre goes, which keeps distances of anything developable (compare Liu et al. 2023, "Surface
 // Simplification using Intrinsic Error Metrics"). Ends at about a dozen vertices, at one triangle where the surface can
-// be developed, or where none can go. mesh and metric are those of the coarsest level afterwards.
-void coarsen(HalfEdgeMesh &mesh, Metric &metric, const std::vector<Vector3> &points, const Watch &watch,
-             Hierarchy &hierarchy);
+// be developed, or where none can go. mesh: that of the coarsest level afterwards.
+void coarsen(Mesh &mesh, const std::vector<Vector3> &points, const Watch &watch, Hierarchy &hierarchy);
 
 } // namespace ob::flatten

@@ -9,8 +9,6 @@ namespace {
 constexpr double kGoodEnough = 1.5; // energy over the least conceivable
 constexpr int kMostSteps = 10;
 
-size_t at(int32_t index) { return static_cast<size_t>(index); }
-
 using Wedges = std::array<Wedge, kMostSpokes>;
 
 Vector2 place_of(Spread spread) { return {spread.x, spread.y}; }
@@ -32,7 +30,7 @@ double area_scale(const Spread *spread, const Rim &rim) {
 }
 
 // The star as it was spread, made as large as it is in the plane. Returns the least conceivable energy.
-double fill_wedges(const int32_t *neighbour, const Spread *spread, const Rim &rim, Wedges &wedges) {
+double fill_wedges(const Spread *spread, const Rim &rim, Wedges &wedges) {
   const double scale = area_scale(spread, rim);
   double least = 0.0;
   for (int32_t i = 0; i < rim.sides(); ++i) {
@@ -41,7 +39,7 @@ double fill_wedges(const int32_t *neighbour, const Spread *spread, const Rim &ri
     const Vector2 b = place_of(spread[j]);
     const double doubled = cross(a, b);
     const double half = 0.5 / doubled;
-    wedges[at(i)] = {neighbour[i],         neighbour[j],         half * dot(a, b),
+    wedges[at(i)] = {rim.point[at(i)],     rim.point[at(j)],     half * dot(a, b),
                      half * dot(a - b, a), half * dot(b - a, b), scale * scale * doubled * doubled};
     least += 2.0 * scale * doubled;
   }
@@ -68,15 +66,15 @@ bool put_back(const Hierarchy &hierarchy, const Removal &removal, std::vector<Ve
   place = b + removal.weight.x * (a - b) + removal.weight.y * to_c;
   const bool seen = sees_all(rim, place);
   Wedges wedges;
-  const double least = fill_wedges(neighbour, spread, rim, wedges);
+  const double least = fill_wedges(spread, rim, wedges);
   const Wedge *const end = wedges.data() + rim.sides();
-  if (seen && energy(uv.data(), place, wedges.data(), end) < kGoodEnough * least) {
+  if (seen && energy(place, wedges.data(), end) < kGoodEnough * least) {
     return true;
   }
   if (!seen && !find_kernel(rim, removal.onto, place)) {
     return false;
   }
-  improve(uv.data(), place, wedges.data(), end, kMostSteps);
+  improve(place, wedges.data(), end, 1.4, kMostSteps);
   return true;
 }
 

@@ -8,8 +8,6 @@ namespace {
 constexpr double kLeastShare = 1e-6; // of a triangle in the area of all
 constexpr int kMostHalvings = 40;
 
-size_t at(int32_t index) { return static_cast<size_t>(index); }
-
 struct Polygon {
   int32_t count = 0;
   std::array<Vector2, 2 * kMostSpokes> point;

@@ -7,14 +7,11 @@ namespace ob::flatten {
 
 class Layout {
 public:
-  // mesh and metric: of the coarsest level. uv: room for all vertices. False where a triangle could not be kept from
+  // mesh: that of the coarsest level. uv: room for all vertices. False where a triangle could not be kept from
   // turning over.
-  bool unfold(const HalfEdgeMesh &mesh, const Metric &metric, const Hierarchy &hierarchy, const Watch &watch,
-              std::vector<Vector2> &uv);
+  bool unfold(const Mesh &mesh, const Hierarchy &hierarchy, const Watch &watch, std::vector<Vector2> &uv);
 
 private:
-  void relax(const Level &level, int most_sweeps, const Watch &watch, std::vector<Vector2> &uv);
-
   Relaxation relaxation_;
 };
 

@@ -7,8 +7,6 @@ namespace {
 
 constexpr double kFlat = 1e-6;
 
-size_t at(int32_t index) { return static_cast<size_t>(index); }
-
 // A unit vector square to another one.
 Vector3 any_square_to(Vector3 n) {
   const Vector3 off = std::fabs(n.x) < 0.6 ? Vector3{1.0, 0.0, 0.0} : Vector3{0.0, 1.0, 0.0};
@@ -18,11 +16,11 @@ Vector3 any_square_to(Vector3 n) {
 
 } // namespace
 
-bool lay_flat(const HalfEdgeMesh &mesh, const std::vector<Vector3> &points, std::vector<Vector2> &uv) {
+bool lay_flat(const Mesh &mesh, const std::vector<Vector3> &points, std::vector<Vector2> &uv) {
   Vector3 sum{0.0, 0.0, 0.0};
-  for (size_t corner = 0; corner < mesh.origin.size(); corner += 3) {
-    const Vector3 a = points[at(mesh.origin[corner])];
-    sum = sum + cross(points[at(mesh.origin[corner + 1])] - a, points[at(mesh.origin[corner + 2])] - a);
+  for (const Triangle &triangle : mesh.triangles) {
+    const Vector3 a = points[at(triangle.origin[0])];
+    sum = sum + cross(points[at(triangle.origin[1])] - a, points[at(triangle.origin[2])] - a);
   }
   const double size = length(sum);
   if (!(size > 0.0)) {

@@ -1,21 +1,11 @@
 // The triangles around one vertex, spread out in the plane, and how they are filled in once the vertex is gone.
 #pragma once
 
-#include <array>
-
-#include "chart_metric.h"
+#include "chart_mesh.h"
 
 namespace ob::flatten {
 
 constexpr int32_t kMostSpokes = 12;
-
-// The angle about a vertex: a direction, and how often its sum passed a half turn.
-struct TotalAngle {
-  Vector2 direction{1.0, 0.0};
-  int32_t half_turns = 0;
-
-  void add(Vector2 corner);
-};
 
 // A metric of the plane: squared lengths as a quadratic form.
 struct Tensor {
@@ -27,7 +17,6 @@ struct Tensor {
 
 struct Star {
   int32_t centre;
-  bool rough;     // its surface is full of noise
   bool closed;    // the vertex does not lie on the border
   int32_t spokes; // neighbours, counter-clockwise, from border to border where it is not closed
   std::array<int32_t, kMostSpokes> neighbour;
@@ -37,33 +26,34 @@ struct Star {
   int32_t triangles() const { return closed ? spokes : spokes - 1; }
   int32_t before(int32_t spoke) const { return spoke == 0 ? spokes - 1 : spoke - 1; }
   int32_t after(int32_t spoke) const { return spoke + 1 == spokes ? 0 : spoke + 1; }
+
+  // Whether the triangle between a spoke and the next one stays when the centre is moved onto a neighbour.
+  bool stays(int32_t spoke, int32_t onto) const { return spoke != onto && after(spoke) != onto; }
 };
 
 // False where it has more than kMostSpokes.
-bool gather(const HalfEdgeMesh &mesh, int32_t vertex, Star &star);
+bool gather(const Mesh &mesh, int32_t vertex, Star &star);
 
-// How far the star is from lying flat, or the border there from being straight: 1 - cos of the angle amiss, 3 where
-// that is above a half turn.
-double bend(const Metric &metric, const Star &star);
+struct FanShape {
+  double area;
+  double bend; // how far it is from lying flat, or the border from being straight: 1 - cos of the angle amiss, 3 where
+               // that is above a half turn
+};
 
-// Spreads the star in the plane. The edges of its rim keep their lengths; where its angles do not add up to a full
-// turn, its spokes are all made longer or shorter by one factor so that they do (a step of discrete conformal
-// flattening: Springborn, Schroeder and Pinkall 2008). Where that is impossible, the spokes keep their lengths and the
-// angles are all made wider or narrower by one factor. False where that, too, is impossible.
-bool spread(const Metric &metric, Star &star);
+// The triangles around a vertex as they are; those of one with more than kMostSpokes count as endless.
+FanShape shape_of_fan(const Mesh &mesh, int32_t vertex);
+
+// Spreads the star in the plane. Its spokes keep their lengths; where its angles do not add up to a full turn, they are
+// all made wider or narrower by one factor so that they do (a geodesic polar map: Welch and Witkin 1994, "Free-Form
+// Shape Design Using Triangulated Surfaces"). False where that leaves no triangle.
+bool spread(const Mesh &mesh, Star &star);
 
 // What the metric is, on average, where the star was spread. By it, the symmetric Dirichlet energy of an affine map is
 // least where that of all the triangles together is: the geometric mean of the mean and the harmonic mean.
-Tensor mean_metric(const Metric &metric, const Star &star);
+Tensor mean_metric(const Mesh &mesh, const Star &star);
 
 // Shape of a triangle: 1 where it is equilateral, 0 where it has no area, below where it is turned over.
 double quality(Vector2 a, Vector2 b, Vector2 c);
 double quality(Vector3 a, Vector3 b, Vector3 c);
-
-// The least quality of the triangles that stay when the centre is moved onto a neighbour.
-double quality_onto(const Star &star, const std::vector<Vector3> &points, int32_t spoke, double least_wanted);
-
-// The least quality of the triangles as they are.
-double quality_now(const Star &star);
 
 } // namespace ob::flatten

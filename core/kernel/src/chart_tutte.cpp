@@ -5,8 +5,6 @@
 namespace ob::flatten {
 namespace {
 
-size_t at(int32_t index) { return static_cast<size_t>(index); }
-
 // On the unit circle, once around as turn goes from 0 to 4; not quite at one pace, but by arithmetic alone.
 Vector2 on_circle(double turn) {
   const int quarter = std::min(3, static_cast<int>(turn));
@@ -18,8 +16,18 @@ Vector2 on_circle(double turn) {
   return point;
 }
 
-void lay_border(const HalfEdgeMesh &mesh, const Metric &metric, int32_t start, std::vector<Vector2> &uv) {
-  const auto side = [&](int32_t edge) { return std::sqrt(metric.squared_length[at(edge)]); };
+// That of a circle as large as the surface.
+double circle_radius(const Level &level) {
+  constexpr double kPi = 3.14159265358979323846;
+  double area = 0.0;
+  for (const Shape &triangle : level.triangles) {
+    area += triangle.area;
+  }
+  return std::sqrt(area / kPi);
+}
+
+void lay_border(const Mesh &mesh, int32_t start, double radius, std::vector<Vector2> &uv) {
+  const auto side = [&](int32_t edge) { return std::sqrt(mesh.squared_length(edge)); };
   double around = 0.0;
   int32_t edge = start;
   do {
@@ -28,7 +36,7 @@ void lay_border(const HalfEdgeMesh &mesh, const Metric &metric, int32_t start, s
   } while (edge != start);
   double gone = 0.0;
   do {
-    uv[at(mesh.origin[at(edge)])] = on_circle(4.0 * gone / around);
+    uv[at(mesh.origin(edge))] = radius * on_circle(4.0 * gone / around);
     gone += side(edge);
     edge = mesh.outgoing[at(mesh.target(edge))];
   } while (edge != start);
@@ -37,8 +45,7 @@ void lay_border(const HalfEdgeMesh &mesh, const Metric &metric, int32_t start, s
 // Conjugate gradients on the graph's Laplacian, by the vertices that do not lie on the border.
 class Springs {
 public:
-  Springs(const HalfEdgeMesh &mesh, const Level &level)
-      : mesh_(mesh), level_(level), degree_(mesh.outgoing.size(), 0.0) {
+  Springs(const Mesh &mesh, const Level &level) : mesh_(mesh), level_(level), degree_(mesh.outgoing.size(), 0.0) {
     for_edges([&](size_t a, size_t b) {
       degree_[a] += 1.0;
       degree_[b] += 1.0;
@@ -84,8 +91,10 @@ private:
   }
 
   template <typename Visit> void for_edges(Visit visit) const {
-    for (size_t corner = 0; corner < level_.corners.size(); ++corner) {
-      visit(at(level_.corners[corner]), at(level_.corners[corner % 3 == 2 ? corner - 2 : corner + 1]));
+    for (const Shape &triangle : level_.triangles) {
+      visit(at(triangle.corner[0]), at(triangle.corner[1]));
+      visit(at(triangle.corner[1]), at(triangle.corner[2]));
+      visit(at(triangle.corner[2]), at(triangle.corner[0]));
     }
   }
 
@@ -100,21 +109,20 @@ private:
     });
   }
 
-  const HalfEdgeMesh &mesh_;
+  const Mesh &mesh_;
   const Level &level_;
   std::vector<double> degree_;
 };
 
 } // namespace
 
-void lay_in_circle(const HalfEdgeMesh &mesh, const Metric &metric, const Level &level, const Watch &watch,
-                   std::vector<Vector2> &uv) {
+void lay_in_circle(const Mesh &mesh, const Level &level, const Watch &watch, std::vector<Vector2> &uv) {
   int32_t start = kNone;
   for (const int32_t vertex : level.vertices) {
     uv[at(vertex)] = {0.0, 0.0};
     start = mesh.on_border(vertex) ? mesh.outgoing[at(vertex)] : start;
   }
-  lay_border(mesh, metric, start, uv);
+  lay_border(mesh, start, circle_radius(level), uv);
   Springs(mesh, level).settle(watch, uv);
 }
 

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 
 namespace ob {
+
+inline size_t at(int32_t index) { return static_cast<size_t>(index); }
 
 struct Vector2 {
   double x, y;

@@ -1,6 +1,7 @@
 // A look, now and then, at whether the caller wants to stop.
 #pragma once
 
+#include <cstddef>
 #include <exception>
 
 #include "status.h"
@@ -20,6 +21,13 @@ public:
   void look() const {
     if (cancelled(control_)) {
       throw Stopped();
+    }
+  }
+
+  // As look(), where `piece` is one in some thousands.
+  void look_at_times(size_t piece) const {
+    if (piece % 8192 == 0) {
+      look();
     }
   }
 

@@ -6,91 +6,104 @@
 namespace ob::flatten {
 namespace {
 
-size_t at(int32_t index) { return static_cast<size_t>(index); }
-
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 constexpr int kMostHalvings = 30;
-constexpr double kWorthAnother = 0.8; // of the energy left after a step
+constexpr double kWorthAnother = 0.2; // of the energy that a step took off
+constexpr double kNothing = 1e-14;    // of the energy: less than its own rounding
+constexpr double kLeastCurvature = 1e-3;
 
-// With D the Dirichlet energy of a triangle, c twice its area and m twice that on the surface, its energy is D (1 + m^2
-// / c^2). D is a quadratic of the vertex's place, c is linear.
-bool step_once(const Vector2 *uv, Vector2 &place, const Wedge *begin, const Wedge *end) {
-  double before = 0.0;
+// A function's value, gradient and Hessian.
+struct Expansion {
+  double value = 0.0;
   Vector2 gradient{0.0, 0.0};
   double xx = 0.0;
   double xy = 0.0;
   double yy = 0.0;
-  for (const Wedge *w = begin; w != end; ++w) {
-    const Vector2 q = uv[at(w->next)];
-    const Vector2 r = uv[at(w->previous)];
-    const Vector2 to_q = q - place;
-    const Vector2 to_r = r - place;
-    const Vector2 across = r - q;
-    const double inverse = 1.0 / cross(to_q, to_r);
-    const double dirichlet =
-        w->stiffness * squared(across) + w->next_stiffness * squared(to_r) + w->previous_stiffness * squared(to_q);
-    const Vector2 d_dirichlet = -2.0 * (w->previous_stiffness * to_q + w->next_stiffness * to_r);
-    const Vector2 d_area{-across.y, across.x};
-    const double ratio = w->squared_area * inverse * inverse;
-    const double slope = -2.0 * ratio * inverse; // of the factor by c
-    const double curvature = 6.0 * ratio * inverse * inverse;
-    before += dirichlet * (1.0 + ratio);
-    gradient = gradient + (1.0 + ratio) * d_dirichlet + (dirichlet * slope) * d_area;
-    const double both = 2.0 * (w->previous_stiffness + w->next_stiffness) * (1.0 + ratio);
-    const double along = dirichlet * curvature;
-    xx += both + along * d_area.x * d_area.x + 2.0 * slope * d_dirichlet.x * d_area.x;
-    yy += both + along * d_area.y * d_area.y + 2.0 * slope * d_dirichlet.y * d_area.y;
-    xy += along * d_area.x * d_area.y + slope * (d_dirichlet.x * d_area.y + d_dirichlet.y * d_area.x);
-  }
-  // a Hessian that is not positive is made so by more of the identity
-  const double mean = 0.5 * (xx + yy);
-  const double spread = std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-  const double least = 1e-3 * (std::fabs(mean) + spread);
-  const double shift = std::max(0.0, least - (mean - spread));
-  xx += shift;
-  yy += shift;
-  const double determinant = xx * yy - xy * xy;
+};
+
+// With D the Dirichlet energy of a triangle, c twice its area and m twice that on the surface, its energy is
+// D (1 + m^2 / c^2). D is a quadratic of the vertex's place, c is linear.
+void add_wedge(const Wedge &w, Vector2 place, Expansion &sum) {
+  const Vector2 to_next = w.next - place;
+  const Vector2 to_previous = w.previous - place;
+  const Vector2 across = w.previous - w.next;
+  const double inverse = 1.0 / cross(to_next, to_previous);
+  const double dirichlet =
+      w.stiffness * squared(across) + w.next_stiffness * squared(to_previous) + w.previous_stiffness * squared(to_next);
+  const double ratio = w.squared_area * inverse * inverse;
+  const double factor = 1.0 + ratio;
+  const double slope = -2.0 * ratio * inverse; // of the factor by c
+  const Vector2 d_dirichlet = -2.0 * (w.previous_stiffness * to_next + w.next_stiffness * to_previous);
+  const Vector2 d_area{-across.y, across.x};
+  sum.value += dirichlet * factor;
+  sum.gradient = sum.gradient + factor * d_dirichlet + (dirichlet * slope) * d_area;
+  const double round = 2.0 * (w.previous_stiffness + w.next_stiffness) * factor;
+  const double along = 6.0 * dirichlet * ratio * inverse * inverse;
+  sum.xx += round + along * d_area.x * d_area.x + 2.0 * slope * d_dirichlet.x * d_area.x;
+  sum.yy += round + along * d_area.y * d_area.y + 2.0 * slope * d_dirichlet.y * d_area.y;
+  sum.xy += along * d_area.x * d_area.y + slope * (d_dirichlet.x * d_area.y + d_dirichlet.y * d_area.x);
+}
+
+// Newton's step; a Hessian that is not positive is made so by as much of the identity as it takes.
+Vector2 newton_step(const Expansion &e) {
+  const double mean = 0.5 * (e.xx + e.yy);
+  const double half = 0.5 * (e.xx - e.yy);
+  const double spread = std::sqrt(half * half + e.xy * e.xy);
+  const double shift = std::max(0.0, kLeastCurvature * (std::fabs(mean) + spread) - (mean - spread));
+  const double xx = e.xx + shift;
+  const double yy = e.yy + shift;
+  const double determinant = xx * yy - e.xy * e.xy;
   if (!(determinant > 0.0)) {
-    return false;
+    return {0.0, 0.0};
   }
-  Vector2 step{(xy * gradient.y - yy * gradient.x) / determinant, (xy * gradient.x - xx * gradient.y) / determinant};
-  const double fall = -dot(gradient, step);
-  if (!(fall > 1e-14 * before)) {
-    return false;
-  }
-  for (int halving = 0; halving < kMostHalvings; ++halving) {
-    const Vector2 tried = place + step;
-    const double after = energy(uv, tried, begin, end);
-    if (after < before) {
-      place = tried;
-      return after < kWorthAnother * before;
-    }
-    step = 0.5 * step;
-  }
-  return false;
+  return {(e.xy * e.gradient.y - yy * e.gradient.x) / determinant,
+          (e.xy * e.gradient.x - xx * e.gradient.y) / determinant};
 }
 
 } // namespace
 
-double energy(const Vector2 *uv, Vector2 place, const Wedge *begin, const Wedge *end) {
+double energy(Vector2 place, const Wedge *begin, const Wedge *end) {
   double sum = 0.0;
   for (const Wedge *w = begin; w != end; ++w) {
-    const Vector2 q = uv[at(w->next)];
-    const Vector2 r = uv[at(w->previous)];
-    const double area = doubled_area(place, q, r);
+    const Vector2 to_next = w->next - place;
+    const Vector2 to_previous = w->previous - place;
+    const double area = cross(to_next, to_previous);
     if (!(area > 0.0)) {
       return kEndless;
     }
-    const double dirichlet = w->stiffness * squared(r - q) + w->next_stiffness * squared(r - place) +
-                             w->previous_stiffness * squared(q - place);
+    const double dirichlet = w->stiffness * squared(w->previous - w->next) + w->next_stiffness * squared(to_previous) +
+                             w->previous_stiffness * squared(to_next);
     sum += dirichlet * (1.0 + w->squared_area / (area * area));
   }
   return sum;
 }
 
-void improve(const Vector2 *uv, Vector2 &place, const Wedge *begin, const Wedge *end, int most_steps) {
-  for (int step = 0; step < most_steps && step_once(uv, place, begin, end); ++step) {
+double improve(Vector2 &place, const Wedge *begin, const Wedge *end, double stride, int most_steps) {
+  double taken_off = 0.0;
+  for (int i = 0; i < most_steps; ++i) {
+    Expansion now;
+    for (const Wedge *w = begin; w != end; ++w) {
+      add_wedge(*w, place, now);
+    }
+    Vector2 step = stride * newton_step(now);
+    if (!(-dot(now.gradient, step) > kNothing * now.value)) {
+      return taken_off;
+    }
+    double after = energy(place + step, begin, end);
+    for (int halving = 0; !(after < now.value); ++halving) {
+      if (halving == kMostHalvings) {
+        return taken_off;
+      }
+      step = 0.5 * step;
+      after = energy(place + step, begin, end);
+    }
+    place = place + step;
+    taken_off += now.value - after;
+    if (now.value - after < kWorthAnother * now.value) {
+      break;
+    }
   }
+  return taken_off;
 }
 
 } // namespace ob::flatten

@@ -139,7 +139,7 @@ def test_a_dome_comes_near_to_its_least_stretch(mesh: Mesh, optimum: float) -> N
     assert stretch(*mesh, uv) < 1.005 * optimum
 
 
-@pytest.mark.parametrize(("noise", "most"), [(0.1, 1.03), (0.5, 1.1), (1.0, 1.5), (4.0, np.inf)])
+@pytest.mark.parametrize(("noise", "most"), [(0.1, 1.03), (0.5, 1.06), (1.0, 1.2), (4.0, 1.9)])
 def test_a_rough_sheet_has_no_mirrored_triangle(noise: float, most: float) -> None:
     mesh = waves(60, noise)
     uv, state = flatten_one(mesh)
@@ -164,7 +164,7 @@ def test_triangles_without_area_stay_thin_and_upset_nothing() -> None:
     off = np.linalg.norm(uv[middle] - 0.5 * (uv[corner[:, 0]] + uv[corner[:, 1]]), axis=1)
     assert (off < 1e-3 * edge).all()
     solid = surface_areas(*mesh) > 1e-9
-    assert stretch(mesh[0], mesh[1][solid], uv) < 1.003
+    assert stretch(mesh[0], mesh[1][solid], uv) < 1.0001
 
 
 def test_an_edge_without_length() -> None:
