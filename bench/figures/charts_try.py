@@ -2,8 +2,9 @@
 
 python -m occlusion_bake.bench.figures.charts_try [--size N] [--padding N] [--quick] MESH...
 
-MESH is bunny, igea, rocker or spot, any file that the command reads, or KIND[:SIZE[:SEED[:DEFECT]]] of a kind that the
-tests know: "tube:2048", "closed tube:512", "quads:4000". `all` is every kind, small.
+MESH is bunny, igea, rocker, spot or another of the figure of charts, any file that the command reads, or
+KIND[:SIZE[:SEED[:DEFECT]]] of a kind that the tests know: "tube:2048", "closed tube:512", "quads:4000". `all` is every
+kind, small.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from ...addon.cli.hard_exit import leave
 from ...core.base.errors import InputError
 from ...core.charts.unwrap import unwrap
 from ...tests.oracles.charts.judge import Judgement, judged
@@ -68,4 +70,4 @@ def _told(found: Judgement) -> str:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    leave(main(sys.argv[1:]))

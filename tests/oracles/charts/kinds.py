@@ -83,7 +83,7 @@ KINDS: dict[str, Kind] = {
 
 def _cells(size: int) -> int:
     """Along a block of voxels that has some `size` faces a layer."""
-    return max(1, round(np.cbrt(size)))
+    return max(1, round(float(np.cbrt(size))))
 
 
 @dataclass(frozen=True)
