@@ -26,6 +26,8 @@ constexpr double kStarCosine = 0.64;
 // A face less high than this part of its longest edge may come about only in the place of one no more than twice as
 // high.
 constexpr double kThin = 0.02;
+// Collapses by less than this share of the tolerance, squared, are ordered coarsely.
+constexpr double kFineFrom = 1.0 / 16.0;
 // Where collapses have run out, all vertices are tried once more if the last trial was worth it.
 constexpr int64_t kWorthwhile = 64;
 
@@ -40,7 +42,7 @@ class Simplifier {
 public:
   Simplifier(CollapseMesh &mesh, const MeshEdges &edges, double tolerance, int64_t most, ob_control *control)
       : mesh_(mesh), within_(tolerance * tolerance), most_(most), control_(control), watch_(control),
-        queue_(mesh.node_count()) {
+        queue_(mesh.node_count(), kFineFrom * within_) {
     number_quadrics();
     add_surface();
     add_lines(edges);
@@ -138,12 +140,12 @@ private:
       least = std::min(least, key(v, to));
     }
     if (is_wanted(least)) {
-      queue_.put(v, BucketQueue::bucket_of(least));
+      queue_.put(v, queue_.bucket_of(least));
     }
   }
 
   void drain() {
-    const int32_t last = BucketQueue::bucket_of(within_);
+    const int32_t last = queue_.bucket_of(within_);
     for (int32_t bucket = queue_.lowest(); bucket >= 0; bucket = queue_.lowest()) {
       watch_.look();
       if (bucket > last && mesh_.left() <= most_) {
@@ -166,7 +168,7 @@ private:
     }
     std::sort(moves_.begin(), moves_.end());
     for (const Move &each : moves_) {
-      const int32_t current = BucketQueue::bucket_of(each.key);
+      const int32_t current = queue_.bucket_of(each.key);
       if (!is_wanted(each.key)) {
         return;
       }
@@ -271,7 +273,7 @@ private:
       return;
     }
     const double now = key(w, v);
-    const int32_t bucket = BucketQueue::bucket_of(now);
+    const int32_t bucket = queue_.bucket_of(now);
     if (is_wanted(now) && (queue_.bucket(w) < 0 || bucket < queue_.bucket(w))) {
       queue_.put(w, bucket);
     }
@@ -294,13 +296,13 @@ private:
 };
 
 // In the numbers that the caller knows.
-void write(const OrderedMesh &whole, const CollapseMesh &mesh, const std::vector<int32_t> &roots, int32_t *root,
+void write(const OrderedMesh &whole, const CollapseMesh &mesh, const Patches &patches, int32_t *root,
            int32_t *corners) {
-  for (size_t f = 0; f < roots.size(); ++f) {
+  for (size_t f = 0; f < patches.root.size(); ++f) {
     const int64_t t = whole.triangle[f];
-    root[t] = whole.triangle[static_cast<size_t>(roots[f])];
-    for (int i = 0; i < 3; ++i) {
-      corners[3 * t + i] = whole.vertex[static_cast<size_t>(mesh.face(static_cast<int32_t>(f)).vertex[i])];
+    root[t] = whole.triangle[static_cast<size_t>(patches.root[f])];
+    for (int i = 0; patches.left[f] >= 0 && i < 3; ++i) {
+      corners[3 * t + i] = whole.vertex[static_cast<size_t>(mesh.face(patches.left[f]).vertex[i])];
     }
   }
 }
@@ -316,7 +318,7 @@ extern "C" int32_t ob_simplify(const double *points, int64_t vertex_count, const
     if (triangle_count != 0 && (!is_given || root == nullptr || corners == nullptr)) {
       return ob::fail(OB_INVALID, "ob_simplify without a mesh or a place for its results");
     }
-    if (vertex_count < 0 || vertex_count > INT32_MAX || triangle_count < 0 || triangle_count > INT32_MAX / 3) {
+    if (vertex_count < 0 || vertex_count > INT32_MAX || triangle_count < 0 || triangle_count > INT32_MAX / 4) {
       return ob::fail(OB_INVALID, "a mesh to be simplified has too many vertices or triangles");
     }
     if (!(tolerance >= 0.0)) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <queue>
 #include <tuple>
+#include <utility>
 
 namespace ob::simplify {
 namespace {
@@ -63,39 +64,38 @@ public:
   PatchMaker(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges, LoopWatch &watch)
       : mesh_(mesh), whole_(whole), mate_(edges.mate), watch_(watch), left_(gather_left(mesh, watch)) {}
 
-  std::vector<int32_t> run() {
+  Patches run() {
     follow_collapses();
     for (int32_t f = 0; f < mesh_.face_count(); ++f) {
       watch_.look();
-      if (mesh_.face(f).is_gone()) {
-        root(f) = nearest(middle_of(f), root(f));
-      }
+      patch(f) = nearest(middle_of(f), patch(f));
     }
-    connect();
-    for (int32_t &each : root_) {
-      each = left_.faces[static_cast<size_t>(each)];
-    }
-    return std::move(root_);
+    fill_empty();
+    find_parts();
+    keep_largest_parts();
+    grow();
+    return named();
   }
 
 private:
-  int32_t &root(int32_t f) { return root_[static_cast<size_t>(f)]; }
+  int32_t &patch(int32_t f) { return patch_[static_cast<size_t>(f)]; }
+  int32_t &part(int32_t f) { return part_[static_cast<size_t>(f)]; }
 
   void follow_collapses() {
-    root_.assign(static_cast<size_t>(mesh_.face_count()), -1);
+    patch_.assign(static_cast<size_t>(mesh_.face_count()), -1);
     for (size_t i = 0; i < left_.faces.size(); ++i) {
-      root(left_.faces[i]) = static_cast<int32_t>(i);
+      patch(left_.faces[i]) = static_cast<int32_t>(i);
     }
     std::vector<int32_t> path;
     for (int32_t f = 0; f < mesh_.face_count(); ++f) {
       watch_.look();
       int32_t end = f;
-      while (root(end) < 0) {
+      while (patch(end) < 0) {
         path.push_back(end);
         end = mesh_.face(end).into;
       }
       for (const int32_t each : path) {
-        root(each) = root(end);
+        patch(each) = patch(end);
       }
       path.clear();
     }
@@ -131,37 +131,80 @@ private:
     return patch;
   }
 
-  // Triangles that no way over their own patch joins to the one that is left go to a patch beside them.
-  void connect() {
-    joined_.assign(static_cast<size_t>(mesh_.face_count()), 0);
+  // A patch that no face is nearest to takes the face of its own, which may leave another empty.
+  void fill_empty() {
+    std::vector<int32_t> faces(left_.faces.size(), 0);
+    for (const int32_t each : patch_) {
+      ++faces[static_cast<size_t>(each)];
+    }
+    for (size_t i = 0; i < faces.size(); ++i) {
+      for (auto empty = static_cast<int32_t>(i); faces[static_cast<size_t>(empty)] == 0;) {
+        const int32_t robbed = std::exchange(patch(left_.faces[static_cast<size_t>(empty)]), empty);
+        ++faces[static_cast<size_t>(empty)];
+        --faces[static_cast<size_t>(robbed)];
+        empty = robbed;
+      }
+    }
+  }
+
+  // Connected parts of patches, numbered in the order of their first faces.
+  void find_parts() {
+    part_.assign(patch_.size(), -1);
     std::vector<int32_t> stack;
-    for (const int32_t seed : left_.faces) {
-      join(seed);
-      stack.push_back(seed);
+    for (int32_t first = 0; first < mesh_.face_count(); ++first) {
+      if (part(first) >= 0) {
+        continue;
+      }
+      const auto number = static_cast<int32_t>(first_.size());
+      first_.push_back(first);
+      size_.push_back(0);
+      part(first) = number;
+      stack.push_back(first);
       while (!stack.empty()) {
         watch_.look();
         const int32_t f = stack.back();
         stack.pop_back();
+        ++size_.back();
         for (const int32_t other : around(f)) {
-          if (other >= 0 && !is_joined(other) && root(other) == root(f)) {
-            join(other);
+          if (other >= 0 && part(other) < 0 && patch(other) == patch(f)) {
+            part(other) = number;
             stack.push_back(other);
           }
         }
       }
     }
+  }
+
+  // The faces of other parts are left without a patch.
+  void keep_largest_parts() {
+    largest_.assign(left_.faces.size(), -1);
+    for (size_t i = 0; i < first_.size(); ++i) {
+      int32_t &largest = largest_[static_cast<size_t>(patch(first_[i]))];
+      if (largest < 0 || size_[i] > size_[static_cast<size_t>(largest)]) {
+        largest = static_cast<int32_t>(i);
+      }
+    }
     for (int32_t f = 0; f < mesh_.face_count(); ++f) {
-      if (is_joined(f)) {
+      if (part(f) != largest_[static_cast<size_t>(patch(f))]) {
+        part(f) = -1;
+      }
+    }
+  }
+
+  // Faces without a patch go to one beside them, the nearest first.
+  void grow() {
+    for (int32_t f = 0; f < mesh_.face_count(); ++f) {
+      if (part(f) >= 0) {
         offer(f);
       }
     }
     while (!offers_.empty()) {
       watch_.look();
-      const auto [distance, f, patch] = offers_.top();
+      const auto [distance, f, giver] = offers_.top();
       offers_.pop();
-      if (!is_joined(f)) {
-        join(f);
-        root(f) = patch;
+      if (part(f) < 0) {
+        part(f) = part(giver);
+        patch(f) = patch(giver);
         offer(f);
       }
     }
@@ -169,8 +212,8 @@ private:
 
   void offer(int32_t f) {
     for (const int32_t other : around(f)) {
-      if (other >= 0 && !is_joined(other)) {
-        offers_.emplace(distance(middle_of(other), root(f)), other, root(f));
+      if (other >= 0 && part(other) < 0) {
+        offers_.emplace(distance(middle_of(other), patch(f)), other, f);
       }
     }
   }
@@ -184,25 +227,36 @@ private:
     return faces;
   }
 
-  bool is_joined(int32_t f) const { return joined_[static_cast<size_t>(f)] != 0; }
-  void join(int32_t f) { joined_[static_cast<size_t>(f)] = 1; }
+  Patches named() {
+    Patches patches{std::move(patch_), std::vector<int32_t>(part_.size(), -1)};
+    std::vector<int32_t> name(left_.faces.size());
+    for (size_t i = 0; i < name.size(); ++i) {
+      name[i] = first_[static_cast<size_t>(largest_[i])];
+      patches.left[static_cast<size_t>(name[i])] = left_.faces[i];
+    }
+    for (int32_t &root : patches.root) {
+      root = name[static_cast<size_t>(root)];
+    }
+    return patches;
+  }
 
-  using Offer = std::tuple<double, int32_t, int32_t>; // how far off, which face, to which patch
+  using Offer = std::tuple<double, int32_t, int32_t>; // how far off, which face, from which face beside it
 
   const CollapseMesh &mesh_;
   const OrderedMesh &whole_;
   const std::vector<int32_t> &mate_;
   LoopWatch &watch_;
   Left left_;
-  std::vector<int32_t> root_; // of each face, a place in left_.faces
-  std::vector<uint8_t> joined_;
+  std::vector<int32_t> patch_;        // of each face, a place in left_.faces
+  std::vector<int32_t> part_;         // of each face, -1: it has no patch yet
+  std::vector<int32_t> first_, size_; // of each part
+  std::vector<int32_t> largest_;      // of each patch, one of its parts
   std::priority_queue<Offer, std::vector<Offer>, std::greater<>> offers_;
 };
 
 } // namespace
 
-std::vector<int32_t> assign_patches(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges,
-                                    LoopWatch &watch) {
+Patches assign_patches(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges, LoopWatch &watch) {
   return PatchMaker(mesh, whole, edges, watch).run();
 }
 

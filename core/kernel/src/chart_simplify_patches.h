@@ -5,9 +5,13 @@
 
 namespace ob::simplify {
 
-// Of each face, the face that is left where it lies; those that are left are their own. The faces of one are connected,
-// over edges that are no part of a line. whole, edges: the mesh as it was.
-std::vector<int32_t> assign_patches(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges,
-                                    LoopWatch &watch);
+struct Patches {
+  std::vector<int32_t> root; // of each face of the whole mesh, the face that its patch is named after, one of its own
+  std::vector<int32_t> left; // of each face that a patch is named after, the face that is left in its place; else -1
+};
+
+// Gives each face of the whole mesh to the nearest of those that are left. Patches are connected, over edges that are
+// no part of a line, and none is empty. edges: of the whole mesh.
+Patches assign_patches(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges, LoopWatch &watch);
 
 } // namespace ob::simplify

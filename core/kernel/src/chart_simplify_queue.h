@@ -7,19 +7,22 @@
 
 namespace ob::simplify {
 
-// Lists of the items of about the same key, eight to an octave; first in, first out, so that items are taken in the
-// order of their numbers where it does not matter, and neighbours in memory are visited together.
+// Lists of the items of about the same key: eight to an octave, and one to an octave for keys below `fine_from`, where
+// the order matters less. First in, first out: so items are taken in the order of their numbers where their keys do not
+// tell them apart, and neighbours in memory are visited together, which is what keeps a large mesh in the cache.
 class BucketQueue {
 public:
-  explicit BucketQueue(int64_t items)
-      : links_(static_cast<size_t>(items), Link{-1, -1, -1}), first_(kBuckets, -1), last_(kBuckets, -1) {}
+  BucketQueue(int64_t items, double fine_from)
+      : links_(static_cast<size_t>(items), Link{-1, -1, -1}), first_(kBuckets, -1), last_(kBuckets, -1),
+        fine_from_(fine_from) {}
 
   // key: 0 or more.
-  static int32_t bucket_of(double key) {
+  int32_t bucket_of(double key) const {
     const auto rounded = static_cast<float>(key);
     uint32_t bits = 0;
     std::memcpy(&bits, &rounded, sizeof bits);
-    return static_cast<int32_t>(bits >> kShift);
+    const auto bucket = static_cast<int32_t>(bits >> kShift);
+    return key < fine_from_ ? bucket & ~kWithinOctave : bucket;
   }
 
   // -1: it is not in the queue.
@@ -61,6 +64,7 @@ public:
 
 private:
   static constexpr int kShift = 20;            // leaves the exponent of a float, and three bits of its fraction
+  static constexpr int32_t kWithinOctave = 7;  // those three bits
   static constexpr int32_t kBuckets = 1 << 11; // the sign's bit is 0
 
   struct Link {
@@ -69,6 +73,7 @@ private:
 
   std::vector<Link> links_;
   std::vector<int32_t> first_, last_;
+  double fine_from_;
   int32_t lowest_ = kBuckets;
 };
 
