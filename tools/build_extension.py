@@ -17,11 +17,10 @@ CACHE = ROOT / "build" / "wheels"
 # What goes in; all else (tests, benchmarks, samples, tools, the kernel's sources) stays out.
 FILES = ("__init__.py", "__main__.py", "README.md", "LICENSE", "core/**/*.py", "addon/**/*.py")
 
-# The Pythons that Blender uses, and which requirements file pins their wheels. xatlas has no wheel for 3.14, where
-# meshes without UVs are refused.
+# The Pythons that Blender uses, and which requirements file pins their wheels.
 PYTHONS = {
-    "3.11": ("py311", ("OpenImageIO", "embreex", "xatlas")),
-    "3.13": ("py313", ("OpenImageIO", "embreex", "xatlas")),
+    "3.11": ("py311", ("OpenImageIO", "embreex")),
+    "3.13": ("py313", ("OpenImageIO", "embreex")),
     "3.14": ("py313", ("OpenImageIO", "embreex")),
 }
 

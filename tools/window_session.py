@@ -7,7 +7,6 @@ it, and leaves screenshots FOLDER/NAME_….png.
 from __future__ import annotations
 
 import importlib
-import importlib.util
 import sys
 import time
 from pathlib import Path
@@ -217,7 +216,7 @@ def batched(floor: Any, folder: Path, name: str) -> Waits:
     with in_view():
         bpy.ops.object.select_all(action="DESELECT")
     bodies = [body(i) for i in range(4)]
-    chosen.layout, chosen.uv = "ATLAS", "CHARTS" if has_xatlas() else "SMART"
+    chosen.layout, chosen.uv = "ATLAS", "CHARTS"
     yield from press("occlusion_bake.bake")
     yield from until(lambda: "tracing" in stage(), 60.0, "an atlas' tracing")
     yield 1.0  # panels grow slowly
@@ -257,10 +256,6 @@ def body(number: int) -> Any:
     for obj in [each for each in bpy.data.objects if each.name.startswith("Icosphere")]:
         obj.select_set(True)
     return made
-
-
-def has_xatlas() -> bool:
-    return importlib.util.find_spec("xatlas") is not None
 
 
 def stage() -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ...core.charts.udim import Udim
-from ...core.charts.unwrap import has_unwrapper
 from .chart_marks import ATLAS_MAP, CHART_MAP
 
 CHARTS, SMART = "charts", "smart"  # as the UV map of the options: make one, by us or by Blender
@@ -48,4 +47,4 @@ class ChartRequest:
         """Whose charts, made before, may stay: by Blender or not."""
         if self.uv == SMART:
             return [True]
-        return [False] if self.uv == CHARTS and has_unwrapper() and not self.smart else [False, True]
+        return [False] if self.uv == CHARTS and not self.smart else [False, True]

@@ -53,7 +53,7 @@ OWN_IMAGES = Layout()
 class BakeJob:
     """What to bake: objects. uv: a UV map's name, CHARTS or SMART, or None for the active one, charts where none
     is. occluding: who blocks light. highs: what objects are baked from, where it is not their own surface. smart: let
-    Blender unwrap what xatlas would, and did not."""
+    Blender unwrap what we would, and could not."""
 
     objects: tuple[BlockRef, ...]
     settings: Settings

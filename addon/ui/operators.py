@@ -266,7 +266,7 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
 
 
 def _second_press(context: bpy.types.Context, job: BakeJob) -> BakeJob:
-    """After one that told that xatlas is missing, or broke down, Blender unwraps."""
+    """After one that told that the making of charts broke down, Blender unwraps."""
     shown = result_in(context)
     smart, shown.asked = shown.asked, False
     return replace(job, smart=smart)

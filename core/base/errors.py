@@ -12,9 +12,9 @@ class InputError(ValueError):
 
 
 class NoUnwrapper(InputError):
-    """A mesh needs UV charts and xatlas makes none, for a reason that is not the mesh's own: Blender's unwrap may."""
+    """A mesh needs UV charts and we cannot make them, for a reason that is not the mesh's own: Blender's unwrap may."""
 
-    def __init__(self, name: str, why: str = "this Blender's Python has no xatlas to make them") -> None:
+    def __init__(self, name: str, why: str) -> None:
         self.why = why
         super().__init__(
             f"{name}: it needs UV charts and {why}; press Bake again for Blender's own unwrap, Smart UV Project (in "

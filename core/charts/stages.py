@@ -25,6 +25,7 @@ class Stages:
         self.control = Control()
         self._tell = tell
         self._stage, self._start, self._end = "", 0.0, 0.0
+        self._reached = 0.0
         self._refusal: BaseException | None = None
         self._done = Event()
         self._watcher = Thread(target=self._watch, name="occlusion-bake-stages", daemon=True)
@@ -61,7 +62,9 @@ class Stages:
         done, total = self.control.done, self.control.total
         share = min(done / total, 1.0) if total > 0 else 0.0
         try:
-            self._tell(self._start + (self._end - self._start) * share, self._stage)
+            # A stage may be many calls, each of which counts from 0.
+            self._reached = max(self._reached, self._start + (self._end - self._start) * share)
+            self._tell(self._reached, self._stage)
         except BaseException as refusal:
             self._refusal = refusal
             self.control.cancel = 1

@@ -1,7 +1,7 @@
 """The unwrap in a process of its own.
 
-xatlas keeps Python's global lock while it works, seconds to minutes with a dense mesh: in a thread it would freeze
-Blender's window all the same, and nothing could stop it. A process can be killed.
+Much of it is numpy, which keeps Python's global lock while it works, seconds with a dense mesh: in a thread it would
+make Blender's window stutter all the same. A process of its own does not, and can be killed.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def unwrap_in_process(
     the process has told last; once it raises (Cancelled), the process is killed.
 
     Where no child can be asked (no Python of this release is found, a sandbox forbids it, that Python cannot load
-    numpy), the unwrap runs in this process: the window then stands still while xatlas works, but the artist gets charts
+    numpy), the unwrap runs in this process: the window then stutters while it works, but the artist gets charts
     wherever there are any to be had. If that fails too, the error has a note of what the child wrote to stderr. Where
     the child is killed, crashes or lacks memory, so might this process: that raises NoUnwrapper.
     """
@@ -106,8 +106,6 @@ def answer() -> None:
         try:
             *arguments, seams = pickle.load(sys.stdin.buffer)
             reply = _DONE, asdict(unwrap(*arguments, seams=seams, progress=_Word(out)))
-        except NoUnwrapper as error:
-            reply = _UNABLE, error.why
         except MemoryError:
             reply = _UNABLE, _TOO_LITTLE
         except InputError as error:

@@ -12,12 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from occlusion_bake.tests.oracles.properties import PROPERTIES
 
-ISSUE = pytest.mark.xfail(run=False, reason="issue")
 
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[ISSUE] if name == "charts_are_sound" else []) for name in PROPERTIES]
-)
+@pytest.mark.parametrize("name", PROPERTIES)
 def test_holds(name: str) -> None:
     chosen = PROPERTIES[name]
 

@@ -13,6 +13,17 @@
 extern "C" {
 #endif
 
+/* Connected components: label[i] is the number of node i's, from 0 in the order of their first nodes; `first` and
+ * `second` are the two ends of each link. */
+OB_API int32_t ob_components(int64_t count, const int32_t *first, const int32_t *second, int64_t links, int32_t *label,
+                             int64_t *components);
+
+/* Borders between labels of faces made smooth: labels flow to their neighbours for so many steps, and each face that may
+ * change gets the one that is strongest there then (Merriman, Bence & Osher 1992). starts: count + 1; the neighbours of
+ * face f are neighbours[starts[f]] to neighbours[starts[f + 1]], flow: how freely labels flow between them. */
+OB_API int32_t ob_smooth_labels(int64_t count, const int64_t *starts, const int32_t *neighbours, const double *flow,
+                                const uint8_t *may_change, int32_t steps, int32_t *label, ob_control *control);
+
 /* Simplifies a mesh: edges are collapsed onto one of their ends, cheapest first (quadric error), as long as that moves
  * the surface by at most `tolerance`, and beyond that until no more than `most` triangles are left or none can go.
  * kept: triangle_count x 3, 1 where edge i, from corner i to corner i + 1, is part of a line that is to stay in its

@@ -7,14 +7,11 @@ from typing import Any
 import pytest
 
 bpy = pytest.importorskip("bpy")
-pytest.importorskip("xatlas")
 
 from occlusion_bake.addon.charts.base_mesh import base_triangles  # noqa: E402
 from occlusion_bake.core.charts.unwrap import unwrap  # noqa: E402
 from occlusion_bake.tests.oracles.charts.judge import assert_sound  # noqa: E402
 from occlusion_bake.tests.oracles.charts.polygon_mesh import PolygonMesh  # noqa: E402
-
-ISSUE = pytest.mark.xfail(strict=True, reason="issue")
 
 
 def suzanne(levels: int) -> PolygonMesh:
@@ -27,7 +24,6 @@ def suzanne(levels: int) -> PolygonMesh:
     return PolygonMesh(base.vertices, base.triangles, base.polygons)
 
 
-@ISSUE
 @pytest.mark.parametrize("size", [128, 1024])
 @pytest.mark.parametrize("levels", [0, 1])
 def test_suzanne_is_charted_soundly(empty_scene: None, levels: int, size: int) -> None:

@@ -511,21 +511,6 @@ def test_triangles_without_area_are_left_out_with_a_warning(bake: Any) -> None:
     assert any(line.startswith("Thing: 2 triangles have zero area") for line in run.lines)
 
 
-def test_no_uvs_and_no_xatlas(start: Any, tmp_path: Path) -> None:
-    blender.bare_cube("Bare")
-    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
-    (tmp_path / "stub").mkdir()
-    (tmp_path / "stub" / "xatlas.py").write_text("raise ImportError('not here')\n")
-    import occlusion_bake
-
-    path = [tmp_path / "stub", Path(occlusion_bake.__path__[0]).absolute().parent, os.environ.get("PYTHONPATH", "")]
-    child = start("scene.blend", "--size", "64", environment={"PYTHONPATH": os.pathsep.join(map(str, path))})
-    _, err = child.communicate(timeout=60)
-    assert child.returncode == 2
-    assert err.startswith("occlusion_bake: Bare: ") and err.count("\n") == 1 and "xatlas" in err
-    assert not list(tmp_path.rglob("*.png"))
-
-
 # Options that are refused
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import sys
 import weakref
 from functools import partial
 from pathlib import Path
@@ -15,7 +14,6 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from mathutils import Matrix  # noqa: E402
-from occlusion_bake.addon.charts import chart_request  # noqa: E402
 from occlusion_bake.addon.charts.chart_marks import ATLAS_MAP, CHART_MAP  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, Layout, bake_steps  # noqa: E402
 from occlusion_bake.addon.job.outcome import DONE, REFUSED, Outcome  # noqa: E402
@@ -395,31 +393,7 @@ def test_smart_charts_are_square_whatever_the_mesh_has(settings: Any) -> None:
     assert areas[1] == pytest.approx(4.0 * areas[0], rel=1e-2)
 
 
-def test_where_xatlas_is_missing_the_second_press_unwraps(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, settings: Any
-) -> None:
-    obj = blender.bare_cube("Bare")
-    monkeypatch.setattr(chart_request, "has_unwrapper", lambda: False)
-    (tmp_path / "xatlas.py").write_text("raise ImportError")
-    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    settings()
-    with pytest.raises(RuntimeError, match=r"Bare: it needs UV charts .*press Bake again"):
-        bake_onto("Bare")
-    assert not obj.data.uv_layers
-    assert bake_onto("Bare") == {"FINISHED"}
-    assert [layer.name for layer in obj.data.uv_layers] == [CHART_MAP]
-    assert "Smart UV Project" in bpy.context.window_manager.occlusion_bake.lines
-    before = layout(obj, CHART_MAP)
-    assert bake_onto("Bare") == {"FINISHED"}  # by the charts that are there
-    np.testing.assert_array_equal(layout(obj, CHART_MAP), before)
-    with pytest.raises(RuntimeError, match="press Bake again"):
-        obj.data.vertices[0].co.x += 0.1  # the charts made before fit no more
-        obj.data.update()
-        bake_onto("Bare")
-    np.testing.assert_array_equal(layout(obj, CHART_MAP), before)
-
-
-def test_where_xatlas_is_killed_the_second_press_unwraps_what_it_did_not(
+def test_where_making_charts_breaks_down_the_second_press_unwraps_what_it_did_not(
     monkeypatch: pytest.MonkeyPatch, settings: Any
 ) -> None:
     good, bad = blender.bare_cube("Good"), blender.bare_cube("Bad", location=(9, 0, 0))

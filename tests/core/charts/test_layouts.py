@@ -15,10 +15,6 @@ from occlusion_bake.tests.oracles.charts.polygon_mesh import PolygonMesh
 from occlusion_bake.tests.oracles.charts.properties import charts_are_sound
 from occlusion_bake.tests.oracles.wild_bakes import WildMesh
 
-pytest.importorskip("xatlas")
-
-ISSUE = pytest.mark.xfail(strict=True, reason="issue")
-FOR_MINUTES = pytest.mark.xfail(run=False, reason="issue")
 SMALL = 24
 FINE, COARSE = 2048, 64  # sides
 ROUND: dict[str, Callable[[int], PolygonMesh]] = {
@@ -32,13 +28,6 @@ ROUND: dict[str, Callable[[int], PolygonMesh]] = {
     "capsule": lambda sides: round_shapes.capsule(sides, 3),
     "torus": lambda sides: round_shapes.torus(sides, 8),
     "spring": lambda sides: round_shapes.spring(sides, turns=1.5, steps=8),
-}
-UNEVEN = {
-    ("scan", "unwelded"),
-    ("bevelled box", "doubled"),
-    ("bevelled box", "unwelded"),
-    ("tube", "doubled"),
-    ("tube", "unwelded"),
 }
 HEAD = organic.scan(3, 0)
 
@@ -60,19 +49,12 @@ def test_every_kind_is_charted_soundly(kind: str) -> None:
     assert found.charts <= charts.count  # some may be thinner than is seen
 
 
-@pytest.mark.parametrize(
-    ("kind", "defect"),
-    [
-        pytest.param(kind, defect, marks=[ISSUE] if (kind, defect) in UNEVEN else [])
-        for kind in ("scan", "bevelled box", "tube")
-        for defect in DEFECTS
-    ],
-)
+@pytest.mark.parametrize("defect", DEFECTS)
+@pytest.mark.parametrize("kind", ["scan", "bevelled box", "tube"])
 def test_what_is_wrong_with_a_mesh_is_charted_soundly(kind: str, defect: str) -> None:
     charted(ChartCase(kind, 12, 3, defect).build())
 
 
-@FOR_MINUTES
 @pytest.mark.parametrize("shape", ROUND)
 def test_round_things_have_no_more_charts_however_finely_they_are_cut(shape: str) -> None:
     fine, coarse = charted(ROUND[shape](FINE), 512), charted(ROUND[shape](COARSE), 512)
@@ -80,7 +62,6 @@ def test_round_things_have_no_more_charts_however_finely_they_are_cut(shape: str
     assert fine.used > 0.8 * coarse.used
 
 
-@ISSUE
 @pytest.mark.parametrize("length", [20.0, 100.0])
 def test_a_cable_takes_its_own_area_from_a_head_and_no_more(length: float) -> None:
     """The image that the head alone fills is shared by both; a cable of many strips takes its padding along."""
@@ -114,7 +95,7 @@ def largest_root(a: float, b: float, c: float) -> float:
     [
         pytest.param(loose_pieces.loose_quads(200, 0), id="quads"),
         pytest.param(loose_pieces.loose_quads(200, 1, 20.0), id="quads of many sizes"),
-        pytest.param(loose_pieces.loose_triangles(200, 2), id="triangles", marks=ISSUE),
+        pytest.param(loose_pieces.loose_triangles(200, 2), id="triangles"),
         pytest.param(loose_pieces.leaves(100, 3), id="leaves"),
         pytest.param(loose_pieces.voxels(5, 4), id="voxels"),
         pytest.param(loose_pieces.checkerboard(16), id="checkerboard"),
@@ -125,7 +106,6 @@ def test_loose_pieces_fill_half_the_image(mesh: PolygonMesh) -> None:
     assert charted(mesh, 512).used >= 0.5
 
 
-@ISSUE
 @pytest.mark.parametrize("size", [(64, 64), (256, 128)])
 def test_a_sheet_flattened_to_a_millionth(size: tuple[int, int]) -> None:
     """Its triangles are needles, most of whose height float32 loses."""
@@ -139,7 +119,6 @@ def test_images_of_any_shape(kind: str, size: tuple[int, int]) -> None:
     assert_sound(mesh, unwrap("target", *mesh, size=size, padding=2), size, 2)
 
 
-@ISSUE
 def test_a_character_has_few_charts() -> None:
     """Half of the 55 that xatlas makes at its defaults: a few of head, trunk, limbs and feet each."""
     found = charted(organic.character(40), 512)

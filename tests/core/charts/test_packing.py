@@ -61,7 +61,6 @@ def test_a_long_chart_lies_along_the_longer_side(size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("size", [(512, 256), (200, 600)])
 @pytest.mark.parametrize("kind", MESHES)
 def test_oblong_images(kind: str, size: tuple[int, int]) -> None:
-    pytest.importorskip("xatlas")
     mesh = MESHES[kind]
     result = unwrap(kind, *mesh, size=size, padding=4)
     check(mesh, result)
@@ -76,7 +75,6 @@ def test_oblong_images(kind: str, size: tuple[int, int]) -> None:
 @pytest.mark.parametrize("size", [(2048, 1024), (300, 1000)])
 def test_texels_are_square(size: tuple[int, int]) -> None:
     """A cube's faces are squares in texels, and the stretch is told so."""
-    pytest.importorskip("xatlas")
     result = unwrap("cube", *cube(), size=size)
     edges = sides(result.uv * size)[::2, :2]
     assert np.allclose(edges, edges.mean(), rtol=1e-3)
@@ -85,13 +83,11 @@ def test_texels_are_square(size: tuple[int, int]) -> None:
 
 
 def test_one_number_is_a_square() -> None:
-    pytest.importorskip("xatlas")
     assert np.array_equal(unwrap("cube", *cube(), size=96).uv, unwrap("cube", *cube(), size=(96, 96)).uv)
 
 
 @pytest.mark.parametrize("size", [64, 1000, 2048, 3000])
 def test_sizes(size: int) -> None:
-    pytest.importorskip("xatlas")
     mesh = sphere()
     result = unwrap("sphere", *mesh, size=size)
     check(mesh, result)
@@ -103,7 +99,6 @@ def test_sizes(size: int) -> None:
 
 def test_too_many_charts_cost_padding_not_faces() -> None:
     """400 loose triangles on 64 texels a side: the padding shrinks, nothing is lost."""
-    pytest.importorskip("xatlas")
     rng = np.random.default_rng(3)
     corners = rng.random((400, 1, 3)) * 100 + rng.random((400, 3, 3))
     triangles = np.arange(1200).reshape(-1, 3).astype(np.int32)

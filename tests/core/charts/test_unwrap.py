@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import Any
-
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import InputError
-from occlusion_bake.core.charts import unwrap as module
+from occlusion_bake.core.charts.stretch import stretch_of
 from occlusion_bake.core.charts.unwrap import unwrap
 from occlusion_bake.tests.oracles.chart_layouts import (
     MESHES,
@@ -22,8 +19,6 @@ from occlusion_bake.tests.oracles.chart_layouts import (
     uv_area,
     waves,
 )
-
-pytest.importorskip("xatlas")
 
 
 @pytest.mark.parametrize("kind", MESHES)
@@ -139,9 +134,8 @@ def test_single_triangle_and_long_strip() -> None:
 def test_stretch_of_a_known_map() -> None:
     """A unit square drawn twice as wide as high: singular values 1/2 and 1, brought to one area by sqrt 2."""
     mesh = quads([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 1, 2, 3]])
-    surface = module._surface("square", *mesh)
     uv = mesh[0][:, :2].astype(float)[mesh[1]] * [2.0, 1.0]
-    stretch = module._stretch(surface, uv)
+    stretch = stretch_of(mesh[0].astype(float)[mesh[1]], uv)
     assert stretch.l2 == pytest.approx(np.sqrt((0.25 + 1.0) / 2 * 2))
     assert stretch.p95 == pytest.approx(stretch.l2)
     assert stretch.area == pytest.approx(1.0)
@@ -153,22 +147,6 @@ def one_line(caught: pytest.ExceptionInfo[InputError], name: str) -> str:
     assert message.startswith(name + ": ")
     assert "\n" not in message
     return message
-
-
-def test_without_xatlas(monkeypatch: pytest.MonkeyPatch) -> None:
-    real = importlib.import_module
-
-    def missing(name: str, package: str | None = None) -> Any:
-        if name == "xatlas":
-            raise ModuleNotFoundError("No module named 'xatlas'")
-        return real(name, package)
-
-    monkeypatch.setattr(importlib, "import_module", missing)
-    with pytest.raises(InputError) as caught:
-        unwrap("Suzanne", *cube())
-    message = one_line(caught, "Suzanne")
-    assert "xatlas" in message
-    assert "Smart UV Project" in message
 
 
 @pytest.mark.parametrize("value", [0.0, np.nan, np.inf])

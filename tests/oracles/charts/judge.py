@@ -89,10 +89,11 @@ def assert_sound(
 
 
 def charts_of(mesh: PolygonMesh, uv: Reals) -> Longs:
-    """(T,) the chart of each triangle: those that share an edge, in the mesh and in the layout, or a polygon, are in
-    one."""
+    """(T,) the chart of each triangle: those that share an edge, in its place in the mesh and in the layout, or a
+    polygon, are in one."""
     place = _places(uv)
-    corner = np.unique(mesh.triangles.astype(np.int64) * (place.max() + 1) + place, return_inverse=True)[1]
+    vertex = np.unique(mesh.vertices + np.float32(0.0), axis=0, return_inverse=True)[1].ravel().astype(np.int64)
+    corner = np.unique(vertex[mesh.triangles] * (place.max() + 1) + place, return_inverse=True)[1]
     corner = corner.reshape(-1, 3)
     ends = np.sort(np.stack([corner, corner[:, [1, 2, 0]]], axis=2), axis=2)
     edge = np.unique(ends[..., 0] * (corner.max() + 1) + ends[..., 1], return_inverse=True)[1].reshape(-1, 3)

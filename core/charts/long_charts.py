@@ -1,0 +1,74 @@
+"""Charts too long for an image cut across, so that none of them decides how small all the others become."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base.arrays import Doubles, Flags
+from ..base.triangles import uv_area_of
+from .chart_boxes import ChartBoxes
+from .chart_mesh import ChartMesh, halves_of, triangle_groups
+from .divide import divided
+from .flat_charts import Cuts
+from .repair import Layout
+
+# A chart may be this long, a part of the image's longer side, unless it fills so much of the square of its length: then
+# it takes the room of many, and is no longer than they would be.
+_LONGEST, _COMPACT = 0.8, 0.5
+# A chart that fills less than this of its box is bent; it may be this long, a part of the longer side.
+_BENT, _LONGEST_BENT = 0.3, 0.4
+_FILLED = 0.75
+_ROUNDS = 24  # of halving
+
+
+def shortened(mesh: ChartMesh, layout: Layout, size: tuple[int, int], padding: int) -> Layout:
+    """The layout, its charts no longer than will fit when they are packed into an image of `size` texels."""
+    uv, cuts = layout.uv, layout.cuts
+    pending = np.ones(cuts.count, np.bool_)
+    for _ in range(_ROUNDS):
+        long = np.flatnonzero(pending & _long(mesh, cuts, uv, size, padding))
+        if not len(long):
+            break
+        side = np.zeros(len(mesh.triangles), np.int64)
+        order = np.argsort(cuts.label, kind="stable")
+        starts = np.searchsorted(cuts.label[order], np.arange(cuts.count + 1))
+        pending[:] = False
+        for chart in long:
+            own = np.sort(order[starts[chart] : starts[chart + 1]])
+            second = divided(mesh.part(own), cuts.slit[halves_of(own)], None)
+            side[own[second]] = 1
+            pending[chart] = bool(second.any() and not second.all())
+        key = 2 * cuts.label + side
+        joined = cuts.joined(mesh) & (key[mesh.across] == np.repeat(key, 3))
+        group = triangle_groups(mesh, joined, key)[0].astype(np.int64)
+        again = np.zeros(int(group.max()) + 1, np.bool_)
+        again[group] = pending[cuts.label]
+        cuts, pending = Cuts(group, cuts.slit), again
+    return Layout(cuts, _as_large(mesh, cuts, uv))
+
+
+def _as_large(mesh: ChartMesh, cuts: Cuts, uv: Doubles) -> Doubles:
+    """(T, 3, 2) UVs, each chart as large as its surface: a part of one that was need not be."""
+    drawn = np.bincount(cuts.label, np.maximum(uv_area_of(uv), 0.0), cuts.count)
+    surface = np.bincount(cuts.label, mesh.area, cuts.count)
+    scale = np.sqrt(np.divide(surface, drawn, out=np.ones_like(drawn), where=(drawn > 0.0) & (surface > 0.0)))
+    return np.asarray(uv * scale[cuts.label][:, None, None])
+
+
+def _expected_scale(area: float, perimeter: float, size: tuple[int, int], padding: int) -> float:
+    """Texels a unit at which charts are likely to be packed: with half of the padding round them they fill so much of
+    the image."""
+    room, gap = _FILLED * size[0] * size[1], 0.5 * padding * perimeter
+    return float((np.sqrt(gap * gap + 4.0 * area * room) - gap) / (2.0 * area))
+
+
+def _long(mesh: ChartMesh, cuts: Cuts, uv: Doubles, size: tuple[int, int], padding: int) -> Flags:
+    """(C,) bool: charts that are too long."""
+    area = np.bincount(cuts.label, np.maximum(uv_area_of(uv), 0.0), cuts.count)
+    rim = ~cuts.joined(mesh)
+    perimeter = float(mesh.lengths[rim].sum())
+    scale = _expected_scale(float(area.sum()), perimeter, size, padding)
+    box = ChartBoxes.of(cuts.label, cuts.count, uv)
+    bent = area < _BENT * box.area
+    compact = area >= _COMPACT * box.length**2
+    return np.asarray(~compact & (box.length * scale > np.where(bent, _LONGEST_BENT, _LONGEST) * max(size)))

@@ -1,0 +1,104 @@
+"""Where a mesh is cut into charts.
+
+What is plane stays as it is. What is curved is cut on a simplified mesh, in halves until each piece can be laid flat;
+then pieces are joined as long as they can be laid flat together; all that is carried over to the mesh itself, done
+again there, and looked after.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..base.arrays import Flags, Longs
+from ..base.kernel_api import Control
+from .borders import settled
+from .chart_mesh import ChartMesh, halves_of, triangle_groups
+from .coarse import CoarseMesh
+from .flat_charts import Cuts, FlatCharts, lay_flat, planes
+from .joins import Tree, absorbed, joined, replayed
+from .repair import Joins, Layout, good_charts
+from .stages import Stages
+
+# The most stretch of a chart, L2 and its 95th percentile: of a piece, of what pieces are joined to, and of a chart that
+# has come out of the full mesh with more.
+_PIECE, _JOINED, _CHART = (1.05, 1.2), (1.07, 1.3), (1.15, 1.5)
+# Charts are joined up to this part of the surface, beyond that only where they fill so much of their box: a few large
+# ones of any outline leave an image half empty.
+_LARGEST, _FULL = 0.1, 0.8
+_EDGE = 0.5  # surfaces that turn by more than 60 degrees (1 - cosine) at an edge part there, where edges close a chart
+
+
+def laid_out(mesh: ChartMesh, stages: Stages) -> Layout:
+    """Charts of a mesh, each flat by itself, with little stretch and without overlap. Raises Cancelled."""
+    locked = _locked(mesh)
+    group, count = triangle_groups(mesh, (mesh.twin >= 0) & ~locked)
+    label = group.astype(np.int64)
+    curved = np.flatnonzero(~planes(mesh, label)[label])
+    slit, joins = np.zeros(len(mesh.twin), np.bool_), None
+    if len(curved):
+        halves = halves_of(curved)
+        part = mesh if len(curved) == len(mesh.triangles) else mesh.part(curved)
+        cuts, inner = _curved(part, locked[halves], stages)
+        label[curved], slit[halves] = count + cuts.label, cuts.slit
+        present, label = np.unique(label, return_inverse=True)
+        name, leaf = np.full(len(present), -1), np.full(len(label), -1)
+        name[present >= count], leaf[curved] = inner.name, inner.leaf
+        joins = Joins(inner.tree, name, leaf)
+    control = stages.enter("laying charts flat", 0.6, 0.8)
+    return good_charts(mesh, Cuts(label.ravel(), slit), lambda flat: flat.good(*_CHART), joins, control)
+
+
+def _locked(mesh: ChartMesh) -> Flags:
+    """(3 T,) bool: marked half-edges that part one side of the surface from the other."""
+    region = triangle_groups(mesh, (mesh.twin >= 0) & ~mesh.seam)[0]
+    return np.asarray((mesh.twin >= 0) & (region[mesh.across] != np.repeat(region, 3)))
+
+
+def _curved(mesh: ChartMesh, locked: Flags, stages: Stages) -> tuple[Cuts, Joins]:
+    """Cuts of a mesh no part of which is a plane, and how its charts were joined."""
+    coarse = CoarseMesh.of(mesh, locked, stages.enter("simplifying the mesh", 0.05, 0.25))
+    label = _pieces(coarse, stages.enter("cutting charts", 0.25, 0.45))
+    control = stages.enter("joining charts", 0.45, 0.6)
+    largest = _LARGEST * float(mesh.area.sum())
+
+    def fits(flat: FlatCharts) -> Flags:
+        return np.asarray(flat.good(*_JOINED) & ((flat.areas <= largest) | (flat.fill >= _FULL)))
+
+    tree = joined(coarse.mesh, label, coarse.locked, fits, control)
+    carried = label[coarse.origin]
+    leaf = _leaves(mesh, settled(mesh, carried, locked, control), carried, tree)
+    cuts, name = replayed(mesh, leaf, locked, tree)
+    return cuts, Joins(tree, name, leaf)
+
+
+def _pieces(coarse: CoarseMesh, control: Control | None) -> Longs:
+    """(T',) charts of the simplified mesh that can be laid flat: its parts as they are where they can, else what sharp
+    edges make of them, cut in halves until all can."""
+    mesh, joined = coarse.mesh, (coarse.mesh.twin >= 0) & ~coarse.locked
+    label = triangle_groups(mesh, joined)[0].astype(np.int64)
+    uncut = np.zeros(len(mesh.twin), np.bool_)
+    hard = ~_flat_pieces(lay_flat(mesh, Cuts(label, uncut), control))[label]
+    if hard.any():
+        smooth = joined & (mesh.crease(np.arange(len(mesh.twin))) < _EDGE)
+        faces = triangle_groups(mesh, smooth)[0]
+        label = np.unique(np.where(hard, int(label.max()) + 1 + faces, label), return_inverse=True)[1].ravel()
+        label = good_charts(mesh, Cuts(label, uncut), _flat_pieces, None, control).cuts.label
+    return absorbed(mesh, label, coarse.locked, _flat_pieces, control)
+
+
+def _flat_pieces(flat: FlatCharts) -> Flags:
+    return flat.good(*_PIECE)
+
+
+def _leaves(mesh: ChartMesh, pieces: Longs, carried: Longs, tree: Tree) -> Longs:
+    """(T,) leaves of the tree for pieces of the full mesh: each leaf's largest piece; others get other numbers."""
+    pair, slot = np.unique(pieces * tree.leaves + carried, return_inverse=True)
+    piece, leaf = pair // tree.leaves, pair % tree.leaves
+    order = np.argsort(np.bincount(slot.ravel(), mesh.area), kind="stable")  # the largest is written last, and stays
+    main = np.zeros(int(pieces.max()) + 1, np.int64)
+    main[piece[order]] = leaf[order]
+    largest = np.full(tree.leaves, -1)
+    order = np.argsort(np.bincount(pieces, mesh.area), kind="stable")
+    largest[main[order]] = order
+    own = np.arange(len(main))
+    return np.where(largest[main] == own, main, tree.leaves + len(tree.children) + own)[pieces]
