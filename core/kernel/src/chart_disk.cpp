@@ -12,7 +12,7 @@ bool DiskBuilder::build(const std::vector<int32_t> &corners, int32_t vertex_coun
   origin_ = &corners;
   vertex_count_ = vertex_count;
   list_corners();
-  if (!match_edges() || !find_fans() || !has_one_border() || !order_triangles()) {
+  if (!match_edges() || !find_fans() || !has_one_border() || !order_breadth_first()) {
     return false;
   }
   renumber(mesh);
@@ -109,7 +109,7 @@ bool DiskBuilder::has_one_border() const {
   return walked == border_edges && vertex_count_ - (half_edges + border_edges) / 2 + half_edges / 3 == 1;
 }
 
-bool DiskBuilder::order_triangles() {
+bool DiskBuilder::order_breadth_first() {
   rank_.assign(origin_->size() / 3, kNone);
   order_.clear();
   order_.push_back(0);

@@ -25,7 +25,7 @@ private:
   bool match_edges();
   bool find_fans();
   bool has_one_border() const;
-  bool order_triangles();
+  bool order_breadth_first();
   void renumber(Mesh &mesh);
 
   int32_t target(int32_t corner) const;

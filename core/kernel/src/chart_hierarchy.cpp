@@ -16,7 +16,6 @@ constexpr double kRough = 0.05;                       // bend
 constexpr double kAround = 2.5;                       // bend of a border vertex whose triangles go all around
 constexpr double kTakenEachRound = 0.8;               // of the vertices, by rising cost
 constexpr double kWantedQuality[] = {0.3, 0.1, 0.02}; // of new triangles, where the old ones are not worse
-constexpr double kLeastQuality = 1e-3;
 constexpr double kUnknown = -1.0;
 
 // The tip of a triangle by its other side: along that, and off it to the left, in parts of its length.
@@ -248,7 +247,7 @@ private:
   }
 
   int32_t best_neighbour(const Star &star, bool rough) const {
-    double best = std::max(kLeastQuality, std::min(wanted_quality_, quality_now(star)));
+    double best = std::max(0.0, std::min(wanted_quality_, quality_now(star)));
     int32_t onto = kNone;
     const int32_t step = star.closed ? 1 : star.spokes - 1; // border vertices along the border alone
     for (int32_t i = 0; i < star.spokes; i += step) {
