@@ -35,39 +35,39 @@ def base_triangles(context: bpy.types.Context, obj: bpy.types.Object) -> BaseTri
     with object_mode(context):
         loops = corners_of(mesh)
         triangles, polygons = vertices_of(mesh, loops), polygons_of(mesh)
-        return BaseTriangles(positions_of(mesh), triangles, loops, polygons, _seams_of(mesh, loops))
+        return BaseTriangles(positions_of(mesh), triangles, loops, polygons, _seams_of(mesh, loops, triangles))
 
 
-def _seams_of(mesh: bpy.types.Mesh, loops: Ints) -> Flags | None:
+def _seams_of(mesh: bpy.types.Mesh, loops: Ints, triangles: Ints) -> Flags | None:
     """(T, 3) bool: triangles' edges that the artist marked; None where there are none. Those within a polygon never
     are, nor those that are sharp only as their faces are flat."""
-    marked = _marked(mesh, "use_seam")
-    sharp = _marked(mesh, "use_edge_sharp")
+    marked, sharp = _marked(mesh, "uv_seam", ".uv_seam"), _marked(mesh, "sharp_edge")
     if not sharp.all():  # as some importers leave it, which says no more than that the faces are flat
         marked |= sharp
     if not marked.any():
         return None
-    edge, after = np.empty(len(mesh.loops), np.int32), _next_corners(mesh)
-    attribute: Any = mesh.attributes[".corner_edge"]
-    attribute.data.foreach_get("value", edge)
-    following = loops[:, [1, 2, 0]]
-    forward, backward = after[loops] == following, after[following] == loops
-    found: Flags = marked[np.where(forward, edge[loops], edge[following])] & (forward | backward)
+    edges, ends = _edges_of(mesh)
+    found = np.zeros(loops.shape, np.bool_)
+    for corners in (loops, loops[:, [1, 2, 0]]):  # an edge is that of the corner where it begins in the polygon
+        chosen = np.nonzero(marked[edges[corners]])
+        here = np.stack([triangles[chosen], triangles[:, [1, 2, 0]][chosen]], axis=1)
+        found[chosen] |= (np.sort(here, axis=1) == ends[edges[corners[chosen]]]).all(axis=1)
     return found if found.any() else None
 
 
-def _marked(mesh: bpy.types.Mesh, mark: str) -> Flags:
-    """(E,) bool: edges that have a mark; its attribute is called differently from one Blender to another."""
-    flags = np.empty(len(mesh.edges), np.bool_)
-    mesh.edges.foreach_get(mark, flags)
+def _marked(mesh: bpy.types.Mesh, *names: str) -> Flags:
+    """(E,) bool: edges that have a mark, which Blender calls one of these."""
+    flags = np.zeros(len(mesh.edges), np.bool_)
+    attribute: Any = next(filter(None, map(mesh.attributes.get, names)), None)
+    if attribute is not None:
+        attribute.data.foreach_get("value", flags)
     return flags
 
 
-def _next_corners(mesh: bpy.types.Mesh) -> Ints:
-    """(L,) int32: the corner that follows each one in its polygon."""
-    starts, sizes = np.empty(len(mesh.polygons), np.int32), np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_start", starts)
-    mesh.polygons.foreach_get("loop_total", sizes)
-    after = np.arange(1, len(mesh.loops) + 1, dtype=np.int32)
-    after[starts + sizes - 1] = starts
-    return after
+def _edges_of(mesh: bpy.types.Mesh) -> tuple[Ints, Ints]:
+    """(L,) int32: the edge that begins at each corner; (E, 2) int32: the vertices of each edge, in rising order."""
+    begins, ends = np.empty(len(mesh.loops), np.int32), np.empty((len(mesh.edges), 2), np.int32)
+    for name, values in ((".corner_edge", begins), (".edge_verts", ends)):
+        attribute: Any = mesh.attributes[name]
+        attribute.data.foreach_get("value", values.reshape(-1))
+    return begins, np.sort(ends, axis=1)

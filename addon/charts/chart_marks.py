@@ -15,10 +15,10 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.base.arrays import Floats
+from ...core.base.arrays import Floats, Ints
 from ...core.base.foreign_text import json_object
 from ..materials.mesh_layers import values_of
-from ..read.mesh_arrays import corners_of, positions_of, vertices_of
+from ..read.mesh_arrays import corners_of, polygons_of, positions_of, vertices_of
 from ..typed import found_in
 
 CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"
@@ -127,16 +127,17 @@ def _fingerprint(*arrays: Any) -> str:
 
 def _mesh_fingerprint(mesh: bpy.types.Mesh) -> str:
     """Of which corner of which polygon is at which vertex, wherever the vertices are."""
-    starts = np.empty(len(mesh.polygons), np.int32)
-    mesh.polygons.foreach_get("loop_start", starts)
-    return _fingerprint(vertices_of(mesh, np.arange(len(mesh.loops), dtype=np.int32)), starts)
+    return _fingerprint(vertices_of(mesh, np.arange(len(mesh.loops), dtype=np.int32)), polygons_of(mesh))
 
 
-def _hashed_triangles(mesh: bpy.types.Mesh, uv: Floats) -> Any:
-    """(T, 2) uint64: hashes of where each triangle is, and of its UVs."""
-    corners = corners_of(mesh)
-    places = positions_of(mesh)[vertices_of(mesh, corners)] + np.float32(0.0)
-    return np.stack([_hashed(places), _hashed(uv[corners])], axis=1)
+def _places(mesh: bpy.types.Mesh, corners: Ints) -> Floats:
+    """Where corners are, three numbers each; -0 is 0."""
+    return positions_of(mesh)[vertices_of(mesh, corners)] + np.float32(0.0)
+
+
+def _hashed_triangles(mesh: bpy.types.Mesh, uv: Floats, corners: Ints) -> Any:
+    """(n, 2) uint64: hashes of where triangles, corners (n, 3), are, and of their UVs."""
+    return np.stack([_hashed(_places(mesh, corners)), _hashed(uv[corners])], axis=1)
 
 
 def _hashed(values: Floats) -> Any:
@@ -150,18 +151,18 @@ def _hashed(values: Floats) -> Any:
 
 
 def _witnesses(mesh: bpy.types.Mesh, uv: Floats) -> Any:
-    """(n, 2) uint64: the triangles of the least hashes, as good as by chance; of those in one place all or none."""
-    hashed = _hashed_triangles(mesh, uv)
-    if len(hashed) > _WITNESSES:
-        limit = np.partition(hashed[:, 0], _WITNESSES)[_WITNESSES]
-        hashed = hashed[hashed[:, 0] < limit]
-    return hashed
+    """(n, 2) uint64: some triangles, as good as drawn by chance: all with a first corner in one place, or none."""
+    corners = corners_of(mesh)
+    if len(corners) > _WITNESSES:
+        drawn = _hashed(_places(mesh, corners[:, 0]))
+        corners = corners[drawn < np.partition(drawn, _WITNESSES)[_WITNESSES]]
+    return _hashed_triangles(mesh, uv, corners)
 
 
 def _contradicted(mesh: bpy.types.Mesh, uv: Floats, layer: str) -> bool:
     """Whether a triangle is in the place of one that is known, with UVs that none had there."""
     known = np.array(mesh.get(_witness_key(layer), ()), np.int32).view(np.uint64).reshape(-1, 2)
-    now = _hashed_triangles(mesh, uv)
+    now = _hashed_triangles(mesh, uv, corners_of(mesh))
     now = now[np.isin(now[:, 0], known[:, 0])]
     pairs = {tuple(pair) for pair in known.tolist()}
     return any(tuple(pair) not in pairs for pair in now.tolist())

@@ -38,6 +38,16 @@ def empty_scene() -> Iterator[None]:
         bpy.ops.object.mode_set(mode="OBJECT")
 
 
+@pytest.fixture
+def charts_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Charts are made in this process, which saves the start of another: for tests of what becomes of them."""
+    pytest.importorskip("bpy")
+    from occlusion_bake.addon.charts import chart_layout
+    from occlusion_bake.core.charts.unwrap import unwrap
+
+    monkeypatch.setattr(chart_layout, "unwrap_in_process", unwrap)
+
+
 @dataclass(frozen=True)
 class Run:
     """What one run of the command came to."""

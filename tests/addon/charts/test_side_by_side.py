@@ -19,7 +19,7 @@ SQUARE = blender.UNIT_SQUARE
 
 
 @pytest.fixture(autouse=True)
-def scene(registered: None, empty_scene: None) -> Any:
+def scene(registered: None, empty_scene: None, charts_here: None) -> Any:
     return set_panel(width=64, height=64, quality="RAYS", rays=1, margin=2, threads=2, layout="ATLAS", atlas="Set")
 
 
