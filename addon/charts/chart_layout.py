@@ -9,9 +9,9 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.base.arrays import Doubles, Floats
+from ...core.base.arrays import Floats
 from ...core.base.triangles import uv_area_of
-from ...core.charts.existing import ExistingCharts, side_by_side
+from ...core.charts.existing import side_by_side
 from ...core.charts.figures import ChartFigures
 from ...core.charts.stages import Tell
 from ...core.charts.stretch import stretch_of
@@ -55,11 +55,8 @@ def layout_steps(
             return ChartLayout(
                 new, ChartFigures(charts.count, charts.stretch, charts.utilisation, charts.padding, PADDING)
             )
-    laid_out = iter(new)
-    maps = [part.laid_out(next(laid_out)) if part.own is None else part.kept(request.udim) for part in parts]
     tell = _teller(progress, title, _UNWRAPPED if bare else 0.0, 1.0)
-    corners = [part.corners for part in parts]
-    layout: ChartLayout = yield lambda: _side_by_side(title, maps, corners, request.size, tell)
+    layout: ChartLayout = yield lambda: _side_by_side(title, parts, new, request, tell)
     return layout
 
 
@@ -89,13 +86,16 @@ def _unwrapping(title: str, parts: Sequence[Part], request: ChartRequest, tell: 
 
 
 def _side_by_side(
-    title: str, maps: Sequence[ExistingCharts], corners: Sequence[Doubles], size: tuple[int, int], tell: Tell
+    title: str, parts: Sequence[Part], new: Sequence[Floats], request: ChartRequest, tell: Tell
 ) -> ChartLayout:
+    """new: UVs of those parts that keep no charts, one after the other."""
+    laid_out, size = iter(new), request.size
+    maps = [part.laid_out(next(laid_out)) if part.own is None else part.kept(request.udim) for part in parts]
     laid = side_by_side(title, maps, size, PADDING, progress=tell)
     uv = np.concatenate(laid.uv)
     drawn = uv.astype(np.float64) * (np.array(size) / max(size))  # as texels are square
     turned = np.where((uv_area_of(drawn) < 0.0)[:, None], [0, 2, 1], [0, 1, 2])[:, :, None]  # those that are mirrored
-    surface = np.take_along_axis(np.concatenate(corners), turned, axis=1)
+    surface = np.take_along_axis(np.concatenate([part.corners for part in parts]), turned, axis=1)
     stretch = stretch_of(surface, np.take_along_axis(drawn, turned, axis=1))
     width, height = (min(side, _LOOKED_AT) for side in size)
     used = float((owners_by_centre(uv, width, height) >= 0).mean())  # charts may lie on one another

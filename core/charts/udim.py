@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from ..base.arrays import Doubles, Flags, Longs
+from ..base.arrays import Doubles, Flags, Floats, Longs
 from ..base.triangles import uv_area_of
 from ..scene.checks import zero_area
 from ..scene.scene import Instance, Mesh
@@ -65,7 +65,7 @@ def tiles_of(mesh: Mesh, udim: Udim = Udim.AUTO) -> UvTiles:
     mirrored, or are several at one place of a tile. Equal parts with a tile for each are a layout. So is what is in
     doubt: a tile too many costs time, one too few is lost.
     """
-    if mesh.uv is None or udim is Udim.STACKED:
+    if mesh.uv is None or udim is Udim.STACKED or (udim is Udim.AUTO and _in_unit_square(mesh.uv)):
         return UvTiles()
     uv = mesh.uv[~zero_area(mesh)].astype(np.float64)
     uv = uv[np.isfinite(uv).all(axis=(1, 2))]
@@ -123,6 +123,11 @@ def part_in_tile(target: Instance, tile: int | None) -> Instance:
     assert mesh.uv is not None
     part = replace(mesh, triangles=mesh.triangles[rows], uv=mesh.uv[rows], normals=None, corners=None)
     return replace(target, mesh=part)
+
+
+def _in_unit_square(uv: Floats) -> bool:
+    """Whether all UVs lie there, as most do, at a glance; not where some are no numbers."""
+    return len(uv) == 0 or bool(uv.min() >= 0.0 and uv.max() <= 1.0)
 
 
 def _are_copies(uv: Doubles) -> bool:
