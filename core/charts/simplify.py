@@ -8,27 +8,56 @@ import numpy as np
 
 from ..base.arrays import Doubles, Flags, Ints, Longs
 from ..base.kernel_api import Control, address, check, library, pointer_to
+from ..base.triangles import square
 
 
 @dataclass(frozen=True, eq=False)
 class Simplified:
     """A mesh with fewer triangles, and where those of the whole mesh are in it.
 
-    root: (T,) int32, for each triangle of the whole mesh the number of the one that is left in its place; those that
-    are left are their own. Triangles of one root are connected, over edges that are part of no line. survivors: (S,)
-    int64, the numbers of the triangles left, rising. triangles: (S, 3) int32, their corners, which are vertices of the
-    whole mesh.
+    root: (T,) int32, for each triangle of the whole mesh one that stands for the simplified triangle that it lies at;
+    that one is its own. Triangles of one root are connected, over edges that are part of no line. survivors: (S,)
+    int64, those that stand for others, rising. triangles: (S, 3) int32, the corners of the simplified triangles, which
+    are vertices of the whole mesh. lines: (S, 3) bool, whether the edge from corner i to corner i + 1 is part of a
+    line: of a border, of a line that was to be kept, or where three or more triangles meet.
     """
 
     root: Ints
     triangles: Ints
     survivors: Longs
+    lines: Flags
 
     @property
     def patch(self) -> Longs:
-        """(T,) the row in `triangles` of the one that is left in the place of each triangle of the whole mesh."""
+        """(T,) the row in `triangles` of the simplified triangle that each triangle of the whole mesh lies at."""
         row: Longs = np.searchsorted(self.survivors, self.root)
         return row
+
+    def smoothed(self, points: Doubles, within: float, steps: int = 3) -> Doubles:
+        """(V, 3) places of the vertices for the chart cutter alone, for the vertices left still carry the noise that
+        each of them had.
+
+        Each step moves a vertex half of the way to the mean of its neighbours (Laplacian smoothing), never farther than
+        `within` (above 0) from its own place, so that creases stay. Vertices on lines stay too.
+        """
+        used, numbered = np.unique(self.triangles, return_inverse=True)
+        corners = numbered.reshape(-1, 3)
+        following = np.roll(corners, -1, axis=1)
+        one, other = np.concatenate([corners.ravel(), following.ravel()]), np.concatenate([following, corners]).ravel()
+        free = np.ones(len(used), np.bool_)
+        free[corners[self.lines]] = free[following[self.lines]] = False
+        degree = np.bincount(one, minlength=len(used))[:, None]
+        start = points[used]
+        place = start.copy()
+        for _ in range(steps):
+            sums = [np.bincount(one, place[other, axis], minlength=len(used)) for axis in range(3)]
+            way = 0.5 * (place + np.stack(sums, axis=1) / degree) - start
+            length = np.sqrt(square(way))[:, None]
+            way *= within / np.maximum(length, within)
+            place[free] = (start + way)[free]
+        result: Doubles = points.copy()
+        result[used] = place
+        return result
 
 
 def simplified(
@@ -54,7 +83,7 @@ def simplified(
     count = len(triangles)
     corners, flags = np.ascontiguousarray(triangles, np.int32), np.ascontiguousarray(kept, np.uint8)
     places = np.ascontiguousarray(points, np.float64)
-    root, left = np.zeros(count, np.int32), np.zeros((count, 3), np.int32)
+    root, left, lines = np.zeros(count, np.int32), np.zeros((count, 3), np.int32), np.zeros((count, 3), np.uint8)
     check(
         library().ob_simplify(
             address(places, np.float64, len(points), 3),
@@ -66,8 +95,9 @@ def simplified(
             most,
             address(root, np.int32, count),
             address(left, np.int32, count, 3),
+            address(lines, np.uint8, count, 3),
             pointer_to(control),
         )
     )
     survivors: Longs = np.flatnonzero(root == np.arange(count))
-    return Simplified(root, left[survivors], survivors)
+    return Simplified(root, left[survivors], survivors, lines[survivors] != 0)

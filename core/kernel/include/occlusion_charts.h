@@ -18,21 +18,23 @@ extern "C" {
 OB_API int32_t ob_components(int64_t count, const int32_t *first, const int32_t *second, int64_t links, int32_t *label,
                              int64_t *components);
 
-/* Borders between labels of faces made smooth: labels flow to their neighbours for so many steps, and each face that may
- * change gets the one that is strongest there then (Merriman, Bence & Osher 1992). starts: count + 1; the neighbours of
- * face f are neighbours[starts[f]] to neighbours[starts[f + 1]], flow: how freely labels flow between them. */
+/* Borders between labels of faces made smooth: labels flow to their neighbours for so many steps, and each face that
+ * may change gets the one that is strongest there then (Merriman, Bence & Osher 1992). starts: count + 1; the
+ * neighbours of face f are neighbours[starts[f]] to neighbours[starts[f + 1]], flow: how freely labels flow between
+ * them. */
 OB_API int32_t ob_smooth_labels(int64_t count, const int64_t *starts, const int32_t *neighbours, const double *flow,
                                 const uint8_t *may_change, int32_t steps, int32_t *label, ob_control *control);
 
 /* Simplifies a mesh: edges are collapsed onto one of their ends, cheapest first (quadric error), as long as that moves
  * the surface by at most `tolerance`, and beyond that until no more than `most` triangles are left or none can go.
  * kept: triangle_count x 3, 1 where edge i, from corner i to corner i + 1, is part of a line that is to stay in its
- * place; edges with other than two triangles that turn the same way stay in any case. root: the triangle that is left
- * in the place of each one; root[t] == t for those that are left themselves. corners: triangle_count x 3, the vertices
- * of those that are left; what the others have is of no meaning. */
-OB_API int32_t ob_simplify(const double *points, int64_t vertex_count, const int32_t *triangles,
-                           int64_t triangle_count, const uint8_t *kept, double tolerance, int64_t most, int32_t *root,
-                           int32_t *corners, ob_control *control);
+ * place; edges with other than two triangles that turn the same way stay in any case. root: of each triangle, the one
+ * that stands for the part of the simplified mesh that it lies at; root[t] == t for those. corners, lines:
+ * triangle_count x 3, for each of those the vertices of that part, a triangle, and 1 where an edge is part of a line;
+ * what the others have is of no meaning. Triangles of one root are connected over edges that are no part of a line. */
+OB_API int32_t ob_simplify(const double *points, int64_t vertex_count, const int32_t *triangles, int64_t triangle_count,
+                           const uint8_t *kept, double tolerance, int64_t most, int32_t *root, int32_t *corners,
+                           uint8_t *lines, ob_control *control);
 
 enum ob_flattened {
   OB_FLATTENED = 0,

@@ -295,14 +295,20 @@ private:
   std::vector<Move> moves_;
 };
 
+struct Results {
+  int32_t *root, *corners;
+  uint8_t *lines;
+};
+
 // In the numbers that the caller knows.
-void write(const OrderedMesh &whole, const CollapseMesh &mesh, const Patches &patches, int32_t *root,
-           int32_t *corners) {
+void write(const OrderedMesh &whole, const CollapseMesh &mesh, const Patches &patches, const Results &results) {
   for (size_t f = 0; f < patches.root.size(); ++f) {
     const int64_t t = whole.triangle[f];
-    root[t] = whole.triangle[static_cast<size_t>(patches.root[f])];
+    results.root[t] = whole.triangle[static_cast<size_t>(patches.root[f])];
     for (int i = 0; patches.left[f] >= 0 && i < 3; ++i) {
-      corners[3 * t + i] = whole.vertex[static_cast<size_t>(mesh.face(patches.left[f]).vertex[i])];
+      const Face &face = mesh.face(patches.left[f]);
+      results.corners[3 * t + i] = whole.vertex[static_cast<size_t>(face.vertex[i])];
+      results.lines[3 * t + i] = face.is_line(i) ? 1 : 0;
     }
   }
 }
@@ -312,10 +318,10 @@ void write(const OrderedMesh &whole, const CollapseMesh &mesh, const Patches &pa
 
 extern "C" int32_t ob_simplify(const double *points, int64_t vertex_count, const int32_t *triangles,
                                int64_t triangle_count, const uint8_t *kept, double tolerance, int64_t most,
-                               int32_t *root, int32_t *corners, ob_control *control) {
+                               int32_t *root, int32_t *corners, uint8_t *lines, ob_control *control) {
   return ob::guarded([&]() -> int32_t {
     const bool is_given = points != nullptr && triangles != nullptr && kept != nullptr;
-    if (triangle_count != 0 && (!is_given || root == nullptr || corners == nullptr)) {
+    if (triangle_count != 0 && (!is_given || root == nullptr || corners == nullptr || lines == nullptr)) {
       return ob::fail(OB_INVALID, "ob_simplify without a mesh or a place for its results");
     }
     if (vertex_count < 0 || vertex_count > INT32_MAX || triangle_count < 0 || triangle_count > INT32_MAX / 4) {
@@ -333,7 +339,7 @@ extern "C" int32_t ob_simplify(const double *points, int64_t vertex_count, const
           ob::simplify::find_edges(whole.triangles, whole.kept, whole.vertex_count(), watch);
       ob::simplify::CollapseMesh mesh(whole, edges, watch);
       ob::simplify::Simplifier(mesh, edges, tolerance, most, control).run();
-      ob::simplify::write(whole, mesh, ob::simplify::assign_patches(mesh, whole, edges, watch), root, corners);
+      ob::simplify::write(whole, mesh, ob::simplify::assign_patches(mesh, whole, edges, watch), {root, corners, lines});
       ob::advance(control, mesh.left());
     } catch (const ob::Stopped &) {
       return ob::fail(OB_CANCELLED, "cancelled");

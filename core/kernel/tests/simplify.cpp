@@ -24,14 +24,17 @@ struct Mesh {
 
 struct Result {
   std::vector<int32_t> root, corners;
+  std::vector<uint8_t> lines;
 };
 
 static Result simplify(const Mesh &mesh, double tolerance, int64_t most) {
   const auto count = static_cast<size_t>(mesh.triangle_count());
-  Result result{std::vector<int32_t>(count, 77), std::vector<int32_t>(3 * count, 77)};
+  Result result{std::vector<int32_t>(count, 77), std::vector<int32_t>(3 * count, 77),
+                std::vector<uint8_t>(3 * count, 77)};
   ob_control control{};
   CHECK_EQUAL(ob_simplify(mesh.points.data(), mesh.vertex_count(), mesh.triangles.data(), mesh.triangle_count(),
-                          mesh.kept.data(), tolerance, most, result.root.data(), result.corners.data(), &control),
+                          mesh.kept.data(), tolerance, most, result.root.data(), result.corners.data(),
+                          result.lines.data(), &control),
               OB_OK);
   CHECK_EQUAL(control.total, mesh.triangle_count());
   CHECK_EQUAL(control.done, control.total);
@@ -110,6 +113,19 @@ static void keep_some(Random &random, Mesh &mesh) {
   }
 }
 
+// What is left, with its lines kept.
+static Mesh lined(const Mesh &mesh, const Result &result) {
+  Mesh left = left_of(mesh, result);
+  left.kept.clear();
+  for (int64_t t = 0; t < mesh.triangle_count(); ++t) {
+    if (result.root[static_cast<size_t>(t)] == t) {
+      left.kept.insert(left.kept.end(), &result.lines[static_cast<size_t>(3 * t)],
+                       &result.lines[static_cast<size_t>(3 * t)] + 3);
+    }
+  }
+  return left;
+}
+
 // How many triangles have each edge.
 static std::map<Edge, int> edges_of(const Mesh &mesh) {
   std::map<Edge, int> edges;
@@ -168,23 +184,32 @@ static void check_roots(const Mesh &mesh, const Result &result) {
   }
 }
 
-// Vertices at the ends of edges that are kept, or have other than two triangles, unless that is one line going on.
-static std::set<int32_t> fixed_vertices(const Mesh &mesh) {
+// The ends of the lines that are to stay: of edges that are kept, or have other than two triangles that turn alike.
+static std::set<Edge> lines_of(const Mesh &mesh) {
+  std::map<Edge, std::array<int, 2>> uses; // one way and the other
   std::set<Edge> lines;
-  for (const auto &[edge, count] : edges_of(mesh)) {
-    if (count != 2) {
-      lines.insert(edge);
-    }
-  }
   for (int64_t t = 0; t < mesh.triangle_count(); ++t) {
     for (int i = 0; i < 3; ++i) {
+      const int32_t from = mesh.corner(t, i);
+      const int32_t to = mesh.corner(t, (i + 1) % 3);
+      ++uses[std::minmax(from, to)][from < to ? 0 : 1];
       if (mesh.kept[static_cast<size_t>(3 * t + i)] != 0) {
-        lines.insert(std::minmax(mesh.corner(t, i), mesh.corner(t, (i + 1) % 3)));
+        lines.insert(std::minmax(from, to));
       }
     }
   }
+  for (const auto &[edge, ways] : uses) {
+    if (ways[0] != 1 || ways[1] != 1) {
+      lines.insert(edge);
+    }
+  }
+  return lines;
+}
+
+// Where lines end, fork or cross.
+static std::set<int32_t> fixed_vertices(const Mesh &mesh) {
   std::map<int32_t, int> ends;
-  for (const auto &[a, b] : lines) {
+  for (const auto &[a, b] : lines_of(mesh)) {
     ++ends[a];
     ++ends[b];
   }
@@ -231,6 +256,7 @@ static void test_topology_stays() {
     const Mesh left = left_of(mesh, result);
     check_mesh(mesh, left);
     CHECK(!is_sheet || most_triangles_at_an_edge(left) <= 2);
+    CHECK(fixed_vertices(lined(mesh, result)) == fixed_vertices(mesh));
   }
 }
 
@@ -291,9 +317,10 @@ static void test_it_can_be_cancelled() {
   const Mesh square = flat_square(200);
   std::vector<int32_t> root(square.triangles.size() / 3);
   std::vector<int32_t> corners(square.triangles.size());
+  std::vector<uint8_t> lines(square.triangles.size());
   ob_control control{1, 0, 0, 0};
   CHECK_EQUAL(ob_simplify(square.points.data(), square.vertex_count(), square.triangles.data(), square.triangle_count(),
-                          square.kept.data(), 1.0, 0, root.data(), corners.data(), &control),
+                          square.kept.data(), 1.0, 0, root.data(), corners.data(), lines.data(), &control),
               OB_CANCELLED);
   CHECK(std::strlen(ob_error_message()) > 0);
 }
@@ -302,9 +329,10 @@ static void test_arguments() {
   const Mesh square = flat_square(1);
   int32_t root[2];
   int32_t corners[6];
+  uint8_t lines[6];
   const auto call = [&](const double *points, int64_t triangle_count, double tolerance, int32_t *to) {
     return ob_simplify(points, square.vertex_count(), square.triangles.data(), triangle_count, square.kept.data(),
-                       tolerance, 0, to, corners, nullptr);
+                       tolerance, 0, to, corners, lines, nullptr);
   };
   CHECK_EQUAL(call(square.points.data(), 2, 1.0, root), OB_OK);
   CHECK_EQUAL(call(square.points.data(), 0, 1.0, root), OB_OK);

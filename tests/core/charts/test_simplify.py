@@ -213,6 +213,32 @@ def test_kept_lines_stay_and_are_not_crossed() -> None:
     on_line = np.unique(result.triangles[line[result.triangles]])
     assert {30 * 60, 30 * 60 + 59} <= set(on_line.tolist())
     assert len(on_line) < 30
+    ends_left = np.stack([result.triangles, np.roll(result.triangles, -1, axis=1)], axis=2)
+    assert (result.lines == (line[ends_left].all(axis=2) | rim(result.triangles))).all()
+
+
+def test_smoothing_takes_noise_away() -> None:
+    """Of a rough ball: the triangles left turn less against one another, and no vertex goes farther than allowed."""
+    points, triangles = shape = ball(80, 120, 0.0, 0.01)
+    result = simplify(shape, 4.0)
+    smooth = result.smoothed(points, 8.0)
+    assert np.linalg.norm(smooth - points, axis=1).max() < 8.0 + 1e-9
+    unused = np.setdiff1d(triangles, result.triangles)
+    assert (smooth[unused] == points[unused]).all()
+    radial = points[result.triangles].mean(axis=1)
+    radial /= np.linalg.norm(radial, axis=1)[:, None]
+    before, after = ((normals(p, result.triangles) * radial).sum(axis=1) for p in (points, smooth))
+    assert np.percentile(after, 5) > np.percentile(before, 5) + 0.05
+
+
+def test_smoothing_leaves_borders_and_creases() -> None:
+    row, column = np.indices((30, 30)).reshape(2, -1)
+    points = (shape := sized(np.c_[row, column, np.abs(row - 15)].astype(float), grid(30, 30)))[0]
+    result = simplify(shape, 1.0)
+    smooth = result.smoothed(points, 2.0)
+    on_rim = np.unique(result.triangles[result.lines])
+    assert (smooth[on_rim] == points[on_rim]).all()
+    assert np.abs(smooth - points).max() <= 2.0
 
 
 def test_triangles_without_area_do_not_stand_in_the_way() -> None:
