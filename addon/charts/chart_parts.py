@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import bpy
@@ -12,8 +12,10 @@ import numpy as np
 
 from ...core.base.arrays import Doubles, Flags, Floats
 from ...core.base.errors import InputError
+from ...core.base.triangles import area_of
 from ...core.charts.existing import ExistingCharts
-from ...core.charts.udim import Udim
+from ...core.charts.udim import Udim, are_copies
+from ...core.scene.scene import Mesh
 from ..materials.mesh_layers import values_of
 from ..read.blender_state import object_mode, synced
 from ..read.block_ref import BlockRef, find
@@ -44,14 +46,21 @@ class Part:
         """The object's."""
         return mesh_of(self.obj)
 
-    def charts_in(self, uv: Floats) -> ExistingCharts:
-        """New charts of it, in a layout of their own: (T, 3, 2) float32."""
-        return ExistingCharts(self.vertices, self.base.triangles, uv)
+    @property
+    def corners(self) -> Doubles:
+        """(T, 3, 3)."""
+        return self.vertices.astype(np.float64)[self.base.triangles]
 
     def kept(self, udim: Udim) -> ExistingCharts:
         """The charts that it keeps."""
         assert self.own is not None
-        return ExistingCharts(self.vertices, self.base.triangles, self.own, udim)
+        mesh = Mesh(self.ref.label, self.vertices, self.base.triangles, self.own)
+        return replace(self.laid_out(self.own), are_copies=are_copies(mesh, udim))
+
+    def laid_out(self, uv: Floats) -> ExistingCharts:
+        """New charts of it, in a layout of their own: (T, 3, 2) float32."""
+        place = np.unique(self.vertices + np.float32(0.0), axis=0, return_inverse=True)[1].ravel()  # -0 is 0
+        return ExistingCharts(uv, place[self.base.triangles].astype(np.int64), area_of(self.corners))
 
 
 def parts_of(context: bpy.types.Context, wanted: Wanted, *, in_world: bool) -> list[Part]:

@@ -9,7 +9,7 @@ import numpy as np
 from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..base.errors import InputError
 from ..base.triangles import area_of, uv_area_of
-from .chart_mesh import connected, corner_classes, places
+from .chart_mesh import connected, places
 from .long_charts import shortened
 from .packing import packed
 from .segment import laid_out
@@ -66,9 +66,8 @@ def unwrap(
         stages.enter("reading the mesh", 0.0, 0.05)
         mesh = connected(points, faces[sound], polygon[sound], None if seams is None else seams[sound])
         layout = thickened(shortened(mesh, laid_out(mesh, stages), sides, padding))
-        stages.enter("packing charts", 0.8, 1.0)
-        vertices_of_charts = corner_classes(mesh.twin, layout.cuts.joined(mesh))[0].reshape(-1, 3).astype(np.int64)
-        corners, kept = packed(layout.uv, layout.cuts.label, vertices_of_charts, sides, padding)
+        control = stages.enter("packing charts", 0.8, 1.0)
+        corners, kept = packed(layout.uv, layout.cuts.label, sides, padding, control=control)
     uv = _everywhere(corners, sound, polygon, place)
     placed = uv.astype(np.float32)
     return _told(points[faces], placed, sides, layout.cuts.count, kept)

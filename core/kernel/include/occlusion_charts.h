@@ -47,7 +47,7 @@ enum ob_flattened {
  * chart. Points may be of any finite size. uv: vertex_count x 2, in the units of the points, the area of a chart that
  * of its surface, all triangles counter-clockwise, in float32 too once a chart is 1000 large, but for slivers of less
  * height than that tells apart; parts of a chart's border may lie on one another. What can be developed keeps its
- * lengths; triangles of a height below 1e-4 of their longest edge get one of 3e-4. state: one of ob_flattened for each
+ * lengths; triangles of a height below 1e-4 of their longest edge get about that. state: one of ob_flattened for each
  * chart. control: counts triangles. */
 OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int32_t *triangles, int64_t triangle_count,
                           const int64_t *starts, int64_t chart_count, int32_t threads, double *uv, int32_t *state,
@@ -77,7 +77,7 @@ OB_API int32_t ob_divide(const double *corners, const int64_t *neighbours, const
                          int64_t triangle_count, int64_t count, int32_t *part, ob_control *control);
 
 typedef struct ob_packing {
-  int32_t width, height, padding; /* of the image, in texels */
+  int32_t width, height, padding; /* of the image, 1 to 65536 texels a side; texels to keep free between charts */
   int32_t align;                  /* 1: charts may be turned so that their boxes are small; 0: by quarters alone */
   int32_t threads;
   double scale;         /* out: texels a unit */
@@ -85,9 +85,13 @@ typedef struct ob_packing {
   int32_t reserved;
 } ob_packing;
 
-/* Lays charts out in an image at the largest scale found, by their outlines. uv: triangle_count x 6, in any place, the
- * charts all at one scale, counter-clockwise. chart: of each triangle, 0 to chart_count - 1. layout: triangle_count x
- * 6, in texels, v up, from 0 to the image's width and height. */
+/* Lays charts out in an image at the largest scale found, by their outlines: in holes of one another, too. uv:
+ * triangle_count x 6, in any place, the charts all at one scale, counter-clockwise; those of a chart may lie on one
+ * another. chart: of each triangle, 0 to chart_count - 1. layout: triangle_count x 6, in texels, v up, from 0 to the
+ * image's width and height; no chart is mirrored. Between the texels that two charts touch at all, also once the layout
+ * is rounded to float32 shares of the image, so many stay free as the padding says. It is halved again and again where
+ * less than half of the image is used and half the padding makes that a tenth more. Where charts have no room even
+ * without any they share texels, but still do not overlap. */
 OB_API int32_t ob_pack(const double *uv, const int32_t *chart, int64_t triangle_count, int64_t chart_count,
                        ob_packing *packing, double *layout, ob_control *control);
 
