@@ -47,7 +47,7 @@ enum ob_flattened {
  * chart. Points may be of any finite size. uv: vertex_count x 2, in the units of the points, the area of a chart that
  * of its surface, all triangles counter-clockwise, in float32 too once a chart is 1000 large, but for slivers of less
  * height than that tells apart; parts of a chart's border may lie on one another. What can be developed keeps its
- * lengths; triangles of a height below 1e-4 of their longest edge get about that. state: one of ob_flattened for each
+ * lengths; triangles of a height below 1e-4 of their longest edge get one of 3e-4. state: one of ob_flattened for each
  * chart. control: counts triangles. */
 OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int32_t *triangles, int64_t triangle_count,
                           const int64_t *starts, int64_t chart_count, int32_t threads, double *uv, int32_t *state,

@@ -7,6 +7,7 @@ namespace ob::flatten {
 namespace {
 
 constexpr double kLeastHeight = 1e-4;      // of a triangle's longest edge
+constexpr double kGivenHeight = 3e-4;      // to one with less: float32 has to tell it from none
 constexpr double kLeastEdge = 2e-4;        // of its triangles' longest edges
 constexpr double kLeastEdgeOfChart = 1e-8; // of the chart's size
 constexpr int kMostPasses = 8;             // an edge made longer may leave the next triangle without a height
@@ -35,8 +36,8 @@ double heron_others(const Sides &s) {
 }
 double heron_excess(const Sides &s) { return s.shortest - (s.longest - s.middle); }
 
-double least_heron(double longest) {
-  const double doubled_area = kLeastHeight * longest * longest;
+double heron_of(double height, double longest) {
+  const double doubled_area = height * longest * longest;
   return 4.0 * doubled_area * doubled_area;
 }
 
@@ -60,10 +61,10 @@ bool give_height(Mesh &mesh, int32_t triangle) {
   }
   const double others = heron_others(s);
   const double excess = heron_excess(s);
-  if (others * excess >= least_heron(s.longest)) {
+  if (others * excess >= heron_of(kLeastHeight, s.longest)) {
     return short_edge;
   }
-  const double missing = 1.0001 * least_heron(s.longest) / others - excess;
+  const double missing = heron_of(kGivenHeight, s.longest) / others - excess;
   const double factor = 1.0 + missing / (s.middle + s.shortest);
   lengthen(mesh, s.middle_edge, s.middle * factor);
   lengthen(mesh, s.shortest_edge, s.shortest * factor);
@@ -96,7 +97,7 @@ void measure(const std::vector<Vector3> &points, const Watch &watch, Mesh &mesh)
   }
   for (int32_t triangle = 0; triangle < mesh.triangle_count(); ++triangle) {
     const Sides s = sides_of(mesh, triangle);
-    const double heron = std::max(heron_others(s) * heron_excess(s), least_heron(s.longest));
+    const double heron = std::max(heron_others(s) * heron_excess(s), heron_of(0.5 * kLeastHeight, s.longest));
     mesh.triangles[at(triangle)].area = 0.25 * std::sqrt(heron);
     for (double &length : mesh.triangles[at(triangle)].squared_length) {
       length *= length;

@@ -9,7 +9,7 @@ constexpr double kMostShrinking = 16.0; // of area, squared
 constexpr int kMostSteps = 30;          // of one vertex in one sweep
 constexpr double kStride = 1.4;         // successive over-relaxation
 constexpr double kIsometric = 1e-9;     // of the energy: less over the least conceivable is none
-constexpr double kWorthASweep = 2e-4;   // of the energy
+constexpr double kWorthASweep = 5e-5;   // of the energy
 
 // Scales the map to where its energy is least, not counting how much it shrinks a triangle beyond kMostShrinking: the
 // few that were put into too little room are no reason to scale up all the others. Returns the energy.

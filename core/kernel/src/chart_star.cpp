@@ -161,6 +161,9 @@ Tensor mean_metric(const Mesh &mesh, const Star &star) {
   add(sum, 1.0 / of_mean, mean);
   add(sum, 1.0 / of_inverse, inverse);
   const double scale = std::sqrt(of_mean / of_inverse / sum.determinant());
+  if (!(scale > 0.0 && scale < std::numeric_limits<double>::infinity())) {
+    return {1.0, 0.0, 1.0}; // all the triangles are needles, beyond what double precision tells of them
+  }
   return {scale * sum.xx, scale * sum.xy, scale * sum.yy};
 }
 

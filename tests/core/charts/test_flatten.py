@@ -147,6 +147,14 @@ def test_a_rough_sheet_has_no_mirrored_triangle(noise: float, most: float) -> No
     assert stretch(*mesh, uv) < most
 
 
+def test_points_at_random_in_space_leave_a_sound_map() -> None:
+    points, triangles = sheet(40, 40, lambda u, v: (u, v, u))
+    mesh = np.random.default_rng(7).standard_normal(points.shape), triangles
+    uv, state = flatten_one(mesh)
+    check_sound(mesh, uv, state)
+    assert stretch(*mesh, uv) < 1.5
+
+
 def test_triangles_without_area_stay_thin_and_upset_nothing() -> None:
     points, triangles = tube(40, 12, turn=3.0, height=2.0)
     # T-junctions: the edge of every third triangle is split, on its other side by a triangle without area
@@ -160,6 +168,8 @@ def test_triangles_without_area_stay_thin_and_upset_nothing() -> None:
     )
     uv, state = flatten_one(mesh)
     check_sound(mesh, uv, state)
+    texels = (1000.0 * (uv - uv.min(axis=0)) / np.ptp(uv, axis=0).max()).astype(np.float32)
+    assert doubled_areas(texels.astype(np.float64), mesh[1]).min() > 0.0
     edge = np.linalg.norm(uv[corner[:, 1]] - uv[corner[:, 0]], axis=1)
     off = np.linalg.norm(uv[middle] - 0.5 * (uv[corner[:, 0]] + uv[corner[:, 1]]), axis=1)
     assert (off < 1e-3 * edge).all()
