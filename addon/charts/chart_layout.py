@@ -10,13 +10,11 @@ import bpy
 import numpy as np
 
 from ...core.base.arrays import Floats
-from ...core.base.triangles import uv_area_of
 from ...core.charts.existing import side_by_side
 from ...core.charts.figures import ChartFigures
 from ...core.charts.stages import Tell
-from ...core.charts.stretch import stretch_of
 from ...core.charts.unwrap import Charts
-from ...core.charts.unwrap_process import unwrap_in_process
+from ...core.charts.unwrap_process import side_by_side_in_process, unwrap_in_process
 from ...core.progress import Progress
 from ...core.texels.rasterize import owners_by_centre
 from .chart_parts import Part, seams_of
@@ -89,14 +87,13 @@ def _side_by_side(
     title: str, parts: Sequence[Part], new: Sequence[Floats], request: ChartRequest, tell: Tell
 ) -> ChartLayout:
     """new: UVs of those parts that keep no charts, one after the other."""
-    laid_out, size = iter(new), request.size
-    maps = [part.laid_out(next(laid_out)) if part.own is None else part.kept(request.udim) for part in parts]
-    laid = side_by_side(title, maps, size, PADDING, progress=tell)
-    uv = np.concatenate(laid.uv)
-    drawn = uv.astype(np.float64) * (np.array(size) / max(size))  # as texels are square
-    turned = np.where((uv_area_of(drawn) < 0.0)[:, None], [0, 2, 1], [0, 1, 2])[:, :, None]  # those that are mirrored
-    surface = np.take_along_axis(np.concatenate([part.corners for part in parts]), turned, axis=1)
-    stretch = stretch_of(surface, np.take_along_axis(drawn, turned, axis=1))
-    width, height = (min(side, _LOOKED_AT) for side in size)
-    used = float((owners_by_centre(uv, width, height) >= 0).mean())  # charts may lie on one another
-    return ChartLayout(laid.uv, ChartFigures(laid.count, stretch, used, laid.padding, PADDING))
+    laid_out = iter(new)
+    maps = [part.charts_in(next(laid_out)) if part.own is None else part.kept(request.udim) for part in parts]
+    # Blender unwraps where a process of ours broke down, too: what is left to do is done without another.
+    lay = side_by_side if request.by_blender else side_by_side_in_process
+    laid = lay(title, maps, request.size, PADDING, progress=tell)
+    width, height = (min(side, _LOOKED_AT) for side in request.size)
+    owners = owners_by_centre(np.concatenate(laid.uv), width, height)  # charts may lie on one another
+    return ChartLayout(
+        laid.uv, ChartFigures(laid.count, laid.stretch, float((owners >= 0).mean()), laid.padding, PADDING)
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import bpy
@@ -12,10 +12,8 @@ import numpy as np
 
 from ...core.base.arrays import Doubles, Flags, Floats
 from ...core.base.errors import InputError
-from ...core.base.triangles import area_of
 from ...core.charts.existing import ExistingCharts
-from ...core.charts.udim import Udim, are_copies
-from ...core.scene.scene import Mesh
+from ...core.charts.udim import Udim
 from ..materials.mesh_layers import values_of
 from ..read.blender_state import object_mode, synced
 from ..read.block_ref import BlockRef, find
@@ -46,21 +44,14 @@ class Part:
         """The object's."""
         return mesh_of(self.obj)
 
-    @property
-    def corners(self) -> Doubles:
-        """(T, 3, 3)."""
-        return self.vertices.astype(np.float64)[self.base.triangles]
+    def charts_in(self, uv: Floats) -> ExistingCharts:
+        """New charts of it, in a layout of their own: (T, 3, 2) float32."""
+        return ExistingCharts(self.vertices, self.base.triangles, uv)
 
     def kept(self, udim: Udim) -> ExistingCharts:
         """The charts that it keeps."""
         assert self.own is not None
-        mesh = Mesh(self.ref.label, self.vertices, self.base.triangles, self.own)
-        return replace(self.laid_out(self.own), are_copies=are_copies(mesh, udim))
-
-    def laid_out(self, uv: Floats) -> ExistingCharts:
-        """New charts of it, in a layout of their own: (T, 3, 2) float32."""
-        place = np.unique(self.vertices + np.float32(0.0), axis=0, return_inverse=True)[1].ravel()  # -0 is 0
-        return ExistingCharts(uv, place[self.base.triangles].astype(np.int64), area_of(self.corners))
+        return ExistingCharts(self.vertices, self.base.triangles, self.own, udim)
 
 
 def parts_of(context: bpy.types.Context, wanted: Wanted, *, in_world: bool) -> list[Part]:

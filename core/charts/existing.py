@@ -8,13 +8,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.arrays import Doubles, Floats, Longs
+from ..base.arrays import Doubles, Floats, Ints, Longs
 from ..base.errors import InputError
 from ..base.kernel_api import Control
-from ..base.triangles import uv_area_of
+from ..base.triangles import area_of, uv_area_of
+from ..scene.scene import Mesh
+from .chart_mesh import components, places
 from .overlaps import MOST, overlapping
 from .packing import packed
 from .stages import Stages, Tell
+from .stretch import Stretch, stretch_of
+from .udim import Udim, are_copies
 
 _OVERLAP = 1e-4  # of the unit square, a tenth of a texel of 1024: charts that meet by less lie beside one another
 _NOWHERE = -1
@@ -24,56 +28,63 @@ _NOWHERE = -1
 class ExistingCharts:
     """The UV map of a mesh.
 
-    uv: (T, 3, 2) float32. triangles: (T, 3) vertices, numbered as one where they are in one place. area: (T,) of the
-    triangles on the surface, as large as they are in the world. are_copies: charts in other tiles than the first lie
-    upon those in it, moved aside.
+    vertices: (V, 3) float32, as large as they are in the world. triangles: (T, 3) int32. uv: (T, 3, 2) float32. udim:
+    what UVs beyond the unit square are; of copies, moved aside, charts lie upon those in it.
     """
 
+    vertices: Floats
+    triangles: Ints
     uv: Floats
-    triangles: Longs
-    area: Doubles
-    are_copies: bool = False
+    udim: Udim = Udim.LAYOUT
 
     @property
-    def drawn_areas(self) -> Doubles:
-        """(T,) in the UV map; 0 for triangles that have none on the surface, or are not finite."""
-        with np.errstate(invalid="ignore"):
-            drawn = np.abs(uv_area_of(self.uv.astype(np.float64)))
-        return np.where(np.isfinite(drawn) & (self.area > 0.0), drawn, 0.0)
+    def corners(self) -> Doubles:
+        """(T, 3, 3)."""
+        return self.vertices.astype(np.float64)[self.triangles]
 
     @property
-    def scale(self) -> float:
-        """Metres that the map is wide, over all of it and not by charts; 0 where none of it has an area."""
-        drawn = self.drawn_areas
-        total = float(drawn.sum())
-        return float(np.sqrt(self.area[drawn > 0.0].sum() / total)) if total > 0.0 else 0.0
+    def are_copies(self) -> bool:
+        """Whether charts beyond the unit square are those of copies."""
+        return are_copies(Mesh("", self.vertices, self.triangles, self.uv), self.udim)
 
 
 @dataclass(frozen=True, eq=False)
 class SideBySide:
     """uv: for each map (T, 3, 2) float32 in the unit square, which is the whole image. count: of charts, those upon one
-    another being one. padding: texels kept free between them."""
+    another being one. padding: texels kept free between them. stretch: of all together, mirrored ones as others."""
 
     uv: list[Floats]
     count: int
     padding: int
+    stretch: Stretch
 
 
 def side_by_side(
-    name: str, maps: Sequence[ExistingCharts], size: tuple[int, int], padding: int, *, progress: Tell | None = None
+    name: str,
+    maps: Sequence[ExistingCharts],
+    size: tuple[int, int],
+    padding: int,
+    *,
+    progress: Tell | None = None,
 ) -> SideBySide:
     """Lay the charts of several meshes out in one image of so many texels, width and height.
 
     Charts of one mesh that lie on one another stay so; those of different meshes never do. Charts are turned by
-    quarters alone, and mirrored ones stay mirrored. Triangles that cover nothing, here or on the surface, and hang
-    together with none that does, fall on one point. progress: as in `unwrap`. Raises InputError, naming `name`, where
-    no chart has an area.
+    quarters alone, and mirrored ones stay mirrored. All meshes get the same texels a square metre, over all of a mesh
+    and not by charts. Triangles that cover nothing, here or on the surface, and hang together with none that does, fall
+    on one point. progress: as in `unwrap`. Raises InputError, naming `name`, where no chart has an area.
     """
     with Stages(progress) as stages:
-        stages.enter("looking for charts", 0.0, 0.4)
-        laid = [_Pieces.of(each) for each in maps]
-        control = stages.enter("packing charts", 0.4, 1.0)
-        return _packed(name, laid, size, padding, control)
+        laid = []
+        for i, each in enumerate(maps):
+            control = stages.enter("looking for charts", 0.4 * i / len(maps), 0.4 * (i + 1) / len(maps))
+            laid.append(_Pieces.of(each, control))
+        control = stages.enter("packing charts", 0.4, 0.9)
+        uv, padding = _packed(name, laid, size, padding, control)
+        stages.enter("measuring charts", 0.9, 1.0)
+        corners = np.concatenate([each.corners for each in maps])
+        stretch = _stretch_of(corners, np.concatenate(uv).astype(np.float64) * (np.array(size) / max(size)))
+    return SideBySide(uv, sum(each.count for each in laid), padding, stretch)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,14 +97,18 @@ class _Pieces:
     count: int
 
     @staticmethod
-    def of(charts: ExistingCharts) -> _Pieces:
+    def of(charts: ExistingCharts, control: Control) -> _Pieces:
         uv = charts.uv.astype(np.float64)
         uv[~np.isfinite(uv).all(axis=(1, 2))] = 0.0
-        island = islands(charts.triangles, uv)
+        island = islands(places(charts.vertices.astype(np.float64))[charts.triangles], uv)
         if charts.are_copies:
             uv = _in_first_tile(uv, island)
-        piece, count = _stacks(uv, island, charts.drawn_areas)
-        return _Pieces(uv * charts.scale, piece, count)
+        area, drawn = area_of(charts.corners), np.abs(uv_area_of(uv))
+        drawn[~(area > 0.0)] = 0.0
+        piece, count = _stacks(uv, island, drawn, control)
+        total = float(drawn.sum())
+        metres = float(np.sqrt(area[drawn > 0.0].sum() / total)) if total > 0.0 else 0.0  # that the map is wide
+        return _Pieces(uv * metres, piece, count)
 
 
 def islands(triangles: Longs, uv: Doubles) -> Longs:
@@ -102,20 +117,8 @@ def islands(triangles: Longs, uv: Doubles) -> Longs:
     order = np.lexsort((places[:, 1], places[:, 0], vertex))
     same = (np.diff(vertex[order]) == 0) & (np.diff(places[order], axis=0) == 0.0).all(axis=1)
     owner = order // 3
-    return _components(len(triangles), owner[:-1][same], owner[1:][same])
-
-
-def _components(count: int, first: Longs, second: Longs) -> Longs:
-    """(count,) the connected component of each node, from 0, of links from `first` to `second`."""
-    label = np.arange(count)
-    while True:
-        one, other = label[first], label[second]
-        lower = label.copy()
-        np.minimum.at(lower, np.concatenate([one, other]), np.tile(np.minimum(one, other), 2))
-        lower = lower[lower]
-        if np.array_equal(lower, label):
-            return np.asarray(np.unique(label, return_inverse=True)[1].ravel(), np.int64)
-        label = lower
+    label, _ = components(len(triangles), owner[:-1][same], owner[1:][same])
+    return label.astype(np.int64)
 
 
 def _in_first_tile(uv: Doubles, island: Longs) -> Doubles:
@@ -128,14 +131,14 @@ def _in_first_tile(uv: Doubles, island: Longs) -> Doubles:
     return moved
 
 
-def _stacks(uv: Doubles, island: Longs, areas: Doubles) -> tuple[Longs, int]:
+def _stacks(uv: Doubles, island: Longs, areas: Doubles, control: Control) -> tuple[Longs, int]:
     """(T,) from 0: islands that lie on one another as one piece, `_NOWHERE` for those that cover nothing; how many.
 
     Where more triangles do than are looked for, all islands are one piece: nothing can be told apart there.
     """
     count = int(island.max(initial=-1)) + 1
-    pairs = island[overlapping(uv, _OVERLAP)]
-    stack = _components(count, pairs[:, 0], pairs[:, 1])
+    pairs = island[overlapping(uv, _OVERLAP, control=control)]
+    stack, _ = components(count, pairs[:, 0], pairs[:, 1])
     if len(pairs) >= MOST:
         stack[:] = 0
     covers = np.bincount(stack[island], areas, count) > 0.0
@@ -143,18 +146,30 @@ def _stacks(uv: Doubles, island: Longs, areas: Doubles) -> tuple[Longs, int]:
     return number[stack[island]], int(covers.sum())
 
 
-def _packed(name: str, laid: Sequence[_Pieces], size: tuple[int, int], padding: int, control: Control) -> SideBySide:
-    counts = [each.count for each in laid]
-    first = np.cumsum([0, *counts])  # piece of each map
+def _packed(
+    name: str, laid: Sequence[_Pieces], size: tuple[int, int], padding: int, control: Control
+) -> tuple[list[Floats], int]:
+    """(T, 3, 2) UVs for each map, and the padding kept."""
+    first = np.cumsum([0, *(each.count for each in laid)])  # piece of each map
     pieces = [np.where(each.piece >= 0, each.piece + start, _NOWHERE) for each, start in zip(laid, first, strict=False)]
     uv, piece = np.concatenate([each.uv for each in laid]), np.concatenate(pieces)
     shown = np.flatnonzero(piece >= 0)
     if not len(shown):
         raise InputError(f"{name}: no face has an area, so there is nothing to lay out; scale or edit the mesh")
-    turned = np.where((uv_area_of(uv[shown]) < 0.0)[:, None], [0, 2, 1], [0, 1, 2])[:, :, None]  # mirrored ones
+    turned = _facing_up(uv[shown])
     facing = np.ascontiguousarray(np.take_along_axis(uv[shown], turned, axis=1))
     layout, kept = packed(facing, piece[shown], size, padding, align=False, control=control)
     placed = np.broadcast_to(layout[0, 0], uv.shape).copy()
     placed[shown] = np.take_along_axis(layout, turned, axis=1)
     ends = np.cumsum([len(each.uv) for each in laid])[:-1]
-    return SideBySide(np.split(placed.astype(np.float32), ends), sum(counts), kept)
+    return np.split(placed.astype(np.float32), ends), kept
+
+
+def _facing_up(uv: Doubles) -> Longs:
+    """(T, 3, 1): an order of corners in which no triangle is mirrored; it is its own inverse."""
+    return np.where((uv_area_of(uv) < 0.0)[:, None], [0, 2, 1], [0, 1, 2])[:, :, None]
+
+
+def _stretch_of(corners: Doubles, uv: Doubles) -> Stretch:
+    order = _facing_up(uv)
+    return stretch_of(np.take_along_axis(corners, order, axis=1), np.take_along_axis(uv, order, axis=1))

@@ -43,9 +43,11 @@ def charts_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Charts are made in this process, which saves the start of another: for tests of what becomes of them."""
     pytest.importorskip("bpy")
     from occlusion_bake.addon.charts import chart_layout
+    from occlusion_bake.core.charts.existing import side_by_side
     from occlusion_bake.core.charts.unwrap import unwrap
 
     monkeypatch.setattr(chart_layout, "unwrap_in_process", unwrap)
+    monkeypatch.setattr(chart_layout, "side_by_side_in_process", side_by_side)
 
 
 @dataclass(frozen=True)

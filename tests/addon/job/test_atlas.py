@@ -21,7 +21,7 @@ from occlusion_bake.addon.job.runner import run  # noqa: E402
 from occlusion_bake.addon.output.result import Result  # noqa: E402
 from occlusion_bake.core.bake import Baker  # noqa: E402
 from occlusion_bake.core.base.errors import Cancelled, InputError  # noqa: E402
-from occlusion_bake.core.charts import unwrap_process  # noqa: E402
+from occlusion_bake.core.charts import child_process  # noqa: E402
 from occlusion_bake.core.finish.image_file import read_image  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.core.texels.rasterize import rasterize  # noqa: E402
@@ -400,7 +400,7 @@ def test_where_making_charts_breaks_down_the_second_press_unwraps_what_it_did_no
     settings()
     assert bake_onto("Good") == {"FINISHED"}
     before = layout(good, CHART_MAP)
-    monkeypatch.setattr(unwrap_process, "_BOOT", "import os\nos.abort()")
+    monkeypatch.setattr(child_process, "_BOOT", "import os\nos.abort()")
     assert bake_onto("Good", "Bad") == {"FINISHED"}
     said = bpy.context.window_manager.occlusion_bake.lines
     assert "Bad: it needs UV charts and the process that makes them was ended" in said and "press Bake again" in said

@@ -2,32 +2,39 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.charts.existing import ExistingCharts, islands, side_by_side
-from occlusion_bake.tests.oracles.chart_layouts import cover, nearest_strangers, uv_area
+from occlusion_bake.core.charts.udim import Udim
+from occlusion_bake.tests.oracles.chart_layouts import cover, nearest_strangers, surface_area, uv_area
 
 SIZE, PADDING = 256, 4
 
 
 def rectangles(*boxes: tuple[float, float, float, float], area: float | None = None) -> ExistingCharts:
-    """Quads of four vertices each, their UVs as left, lower, right, upper; as large on the surface as in the UV map, or
-    all as large as `area` together."""
+    """Quads of four vertices each, their UVs as left, lower, right, upper; side by side on the surface, as large as in
+    the UV map, or as large as `area` together."""
     uv, triangles = [], []
     for number, (left, low, right, high) in enumerate(boxes):
         corners = np.array([(left, low), (right, low), (right, high), (left, high)])
         for fan in ((0, 1, 2), (0, 2, 3)):
             uv.append(corners[list(fan)])
             triangles.append([4 * number + corner for corner in fan])
-    drawn = np.abs(uv_area(np.array(uv)))
-    return ExistingCharts(
-        np.array(uv, np.float32),
-        np.array(triangles),
-        drawn if area is None else drawn * (area / drawn.sum()),
-    )
+    uvs, order = np.array(uv, np.float32), np.array(triangles, np.int32)
+    scale = 1.0 if area is None else np.sqrt(area / np.abs(uv_area(uvs)).sum())
+    vertices = np.zeros((4 * len(boxes), 3), np.float32)
+    vertices[order, :2] = scale * uvs
+    vertices[:, 2] = np.repeat(np.arange(len(boxes)), 4)  # none in the place of another
+    return ExistingCharts(vertices, order, uvs)
+
+
+def surface(charts: ExistingCharts) -> Any:
+    """(T,) areas."""
+    return surface_area((charts.vertices, charts.triangles, None))
 
 
 def sides(uv: Any) -> Any:
@@ -57,7 +64,7 @@ def test_each_mesh_gets_texels_by_its_size_in_the_world() -> None:
     """However large it was drawn; within a mesh charts keep their sizes."""
     small, large = rectangles((0, 0, 0.9, 0.9), area=1.0), rectangles((0, 0, 0.1, 0.2), (0.5, 0, 0.6, 0.1), area=5.0)
     one, two = laid(small, large).uv
-    densities = [np.abs(uv_area(uv)) / each.area for uv, each in ((one, small), (two, large))]
+    densities = [np.abs(uv_area(uv)) / surface(each) for uv, each in ((one, small), (two, large))]
     np.testing.assert_allclose(np.concatenate(densities), densities[0][0], rtol=1e-4)
 
 
@@ -65,10 +72,11 @@ def test_a_chart_keeps_its_shape() -> None:
     """Turned by quarters at most, and mirrored where it was."""
     rng = np.random.default_rng(2)
     fan = rng.random((6, 2)).astype(np.float32) * 0.2
-    triangles = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]])
+    triangles = np.array([[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]], np.int32)
     uv = fan[triangles] + np.float32(0.4)
     mirrored = uv * np.array([-1, 1], np.float32)
-    both = [ExistingCharts(each, triangles, np.abs(uv_area(each))) for each in (uv, mirrored)]
+    vertices = np.pad(fan, ((0, 0), (0, 1)))
+    both = [ExistingCharts(vertices, triangles, each) for each in (uv, mirrored)]
     result = laid(*both)
     for before, after in zip((uv, mirrored), result.uv, strict=True):
         scale = np.sqrt(np.abs(uv_area(after)).sum() / np.abs(uv_area(before)).sum())
@@ -93,8 +101,7 @@ def test_copies_moved_aside_by_whole_tiles_lie_upon_one_another() -> None:
     moved = rectangles((0, 0, 0.4, 0.4), (1, 0, 1.4, 0.4), (3, 2, 3.4, 2.4))
     apart = laid(moved)
     assert apart.count == 3
-    copies = ExistingCharts(moved.uv, moved.triangles, moved.area, are_copies=True)
-    result = laid(copies)
+    result = laid(replace(moved, udim=Udim.STACKED))
     assert result.count == 1
     np.testing.assert_allclose(result.uv[0][:2], result.uv[0][2:4], atol=1e-6)
     assert np.abs(uv_area(result.uv[0]))[:2].sum() > 2.0 * np.abs(uv_area(apart.uv[0]))[:2].sum()
@@ -133,19 +140,19 @@ def test_what_covers_nothing_covers_nothing() -> None:
     good = rectangles((0, 0, 0.5, 0.5), (0.5, 0.5, 0.5, 0.5), (0.6, 0, 0.9, 0.3), (0, 0.6, 0.3, 0.9))
     good.uv[4] = np.nan
     good.uv[5, 1, 0] = np.inf
-    good.area[6:] = 0.0
+    good.vertices[12:] = 0.0
     result = laid(good)
     assert result.count == 1 and np.isfinite(result.uv[0]).all()
     assert (uv_area(result.uv[0][2:]) == 0.0).all()
     assert np.abs(uv_area(result.uv[0][:2])).sum() > 0.8
 
 
-@pytest.mark.parametrize("what", ["uv", "surface"])
+@pytest.mark.parametrize("what", ["uv", "vertices"])
 def test_where_nothing_has_an_area_a_line_says_so(what: str) -> None:
     flat = rectangles((0, 0, 0.5, 0.5))
-    charts = ExistingCharts(flat.uv * np.float32(what != "uv"), flat.triangles, flat.area * (what != "surface"))
+    getattr(flat, what)[:] = 0.0
     with pytest.raises(InputError, match=r"^Set: no face has an area"):
-        side_by_side("Set", [charts], (SIZE, SIZE), PADDING)
+        side_by_side("Set", [flat], (SIZE, SIZE), PADDING)
 
 
 def test_texels_are_square_in_images_that_are_not() -> None:
@@ -176,7 +183,7 @@ def test_it_is_told_and_can_be_stopped() -> None:
     told: list[str] = []
     maps = [rectangles((0, 0, 1, 1))]
     side_by_side("Set", maps, (SIZE, SIZE), PADDING, progress=lambda _, stage: told.append(stage))
-    assert list(dict.fromkeys(told)) == ["looking for charts", "packing charts"]
+    assert list(dict.fromkeys(told)) == ["looking for charts", "packing charts", "measuring charts"]
 
     def stop(*_: Any) -> None:
         raise Cancelled

@@ -19,9 +19,11 @@ import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import Cancelled, InputError, NoUnwrapper
 from occlusion_bake.core.base.kernel_api import library
-from occlusion_bake.core.charts import unwrap_process
+from occlusion_bake.core.charts import child_process, unwrap_process
+from occlusion_bake.core.charts.existing import ExistingCharts, side_by_side
+from occlusion_bake.core.charts.udim import Udim
 from occlusion_bake.core.charts.unwrap import Charts, unwrap
-from occlusion_bake.core.charts.unwrap_process import unwrap_in_process
+from occlusion_bake.core.charts.unwrap_process import side_by_side_in_process, unwrap_in_process
 from occlusion_bake.tests.oracles.chart_layouts import cube, waves
 
 SETTINGS = (512, 4)  # size, padding
@@ -95,7 +97,7 @@ def test_seams_reach_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
     vertices, triangles, polygons = cube()
     seams = np.zeros(triangles.shape, np.bool_)
     seams[3, 1] = True
-    monkeypatch.setattr(unwrap_process, "_BOOT", ECHO)
+    monkeypatch.setattr(child_process, "_BOOT", ECHO)
     with pytest.raises(InputError, match=rf"^\(12, 3\) {int(np.flatnonzero(seams)[0])}$"):
         unwrap_in_process("cube", vertices, triangles, polygons, *SETTINGS, seams=seams, progress=quietly)
 
@@ -103,7 +105,7 @@ def test_seams_reach_the_child(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) 
 ECHO = """
 import pickle, sys
 pickle.load(sys.stdin.buffer)
-*_, seams = pickle.load(sys.stdin.buffer)
+seams = pickle.load(sys.stdin.buffer)[2]["seams"]
 pickle.dump(("refused", f"{seams.shape} {int(seams.ravel().nonzero()[0][0])}"), sys.stdout.buffer)
 """
 
@@ -111,7 +113,7 @@ pickle.dump(("refused", f"{seams.shape} {int(seams.ravel().nonzero()[0][0])}"), 
 @pytest.mark.usefixtures("only_apart")
 def test_the_child_has_the_kernel_of_this_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Which is not on the path of a Python that is started anew where it came with an extension."""
-    monkeypatch.setattr(unwrap_process, "_BOOT", unwrap_process._BOOT.replace(ANSWER, KERNEL))
+    monkeypatch.setattr(child_process, "_BOOT", child_process._BOOT.replace(ANSWER, KERNEL))
     with pytest.raises(InputError) as told:
         unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
     assert str(told.value) == library()._name
@@ -165,7 +167,7 @@ def test_cancel_ends_a_child_that_does_not_answer(
     boot: str, monkeypatch: pytest.MonkeyPatch, children: list[Any]
 ) -> None:
     """The arguments are more than a pipe holds, so the sender is stuck as well."""
-    monkeypatch.setattr(unwrap_process, "_BOOT", boot)
+    monkeypatch.setattr(child_process, "_BOOT", boot)
     with pytest.raises(Cancelled):
         unwrap_in_process("waves", *waves(300), *SETTINGS, progress=stopping(6))
     assert len(children) == 1
@@ -190,7 +192,7 @@ def test_a_fault_of_whoever_is_told_ends_the_child(children: list[Any]) -> None:
 @pytest.mark.usefixtures("only_apart")
 def test_a_large_answer_among_many_words_comes_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     """48 MB, as of two million triangles; stderr is full of lines, and the child hangs once it has answered."""
-    monkeypatch.setattr(unwrap_process, "_BOOT", LARGE)
+    monkeypatch.setattr(child_process, "_BOOT", LARGE)
     charts = unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
     assert charts.uv.shape == (2_000_000, 3, 2) and charts.uv.dtype == np.float32
     assert (charts.uv[:, 0, 0] == np.arange(2_000_000, dtype=np.float32)).all()
@@ -262,7 +264,7 @@ def test_input_error_comes_through(children: list[Any]) -> None:
 
 def instead(code: str) -> str:
     """What the child runs where this stands in the place of its unwrap, which is called `real` in it."""
-    begin, last = unwrap_process._BOOT.rstrip().rsplit("\n", 1)
+    begin, last = child_process._BOOT.rstrip().rsplit("\n", 1)
     return f"""{begin}
 import os, signal
 child = {last.removesuffix(".answer()")}
@@ -284,7 +286,7 @@ return real(*arguments, **more)
 
 @pytest.mark.usefixtures("only_apart")
 def test_a_library_that_prints_does_no_harm(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unwrap_process, "_BOOT", instead(NOISY))
+    monkeypatch.setattr(child_process, "_BOOT", instead(NOISY))
     assert unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly).count == 6
 
 
@@ -296,24 +298,24 @@ def test_the_folder_of_the_package_hides_nothing(monkeypatch: pytest.MonkeyPatch
     (tmp_path / "numpy" / "__init__.py").write_text("raise RuntimeError('not the real one')\n")
     (tmp_path / "occlusion_bake").symlink_to(Path(unwrap_process.__file__).absolute().parents[2])
     monkeypatch.setattr(
-        unwrap_process, "__file__", str(tmp_path / "occlusion_bake" / "core" / "charts" / "unwrap_process.py")
+        child_process, "__file__", str(tmp_path / "occlusion_bake" / "core" / "charts" / "child_process.py")
     )
     assert unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly).count == 6
 
 
 def no_interpreter() -> str:
-    raise unwrap_process._NoAnswer("no python here")
+    raise child_process.NoAnswer("no python here")
 
 
 def fallback(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     if kind == "no interpreter":
-        monkeypatch.setattr(unwrap_process, "_interpreter", no_interpreter)
+        monkeypatch.setattr(child_process, "_interpreter", no_interpreter)
     elif kind == "no program":
-        monkeypatch.setattr(unwrap_process, "_interpreter", lambda: "/nowhere/python")
+        monkeypatch.setattr(child_process, "_interpreter", lambda: "/nowhere/python")
     elif kind == "other release":
-        monkeypatch.setattr(unwrap_process, "_BOOT", unwrap_process._BOOT.replace("sys.version_info[:2]", "(2, 7)"))
+        monkeypatch.setattr(child_process, "_BOOT", child_process._BOOT.replace("sys.version_info[:2]", "(2, 7)"))
     else:
-        monkeypatch.setattr(unwrap_process, "_BOOT", DYING)
+        monkeypatch.setattr(child_process, "_BOOT", DYING)
 
 
 KINDS = ["no interpreter", "no program", "other release", "gives up"]
@@ -340,7 +342,7 @@ def test_fallback(kind: str, monkeypatch: pytest.MonkeyPatch, children: list[Any
     ],
 )
 def test_what_ends_the_child_does_not_happen_here(end: str, cause: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unwrap_process, "_BOOT", instead(end))
+    monkeypatch.setattr(child_process, "_BOOT", instead(end))
     with pytest.raises(NoUnwrapper, match=f"^Suzanne: .*{cause}.*--uv smart"):
         unwrap_in_process("Suzanne", *cube(), *SETTINGS, progress=quietly)
 
@@ -351,7 +353,7 @@ def test_nor_what_ends_it_before_it_begins(boot: str | None, monkeypatch: pytest
     if boot is None:
         monkeypatch.setattr(subprocess, "Popen", no_memory)
     else:
-        monkeypatch.setattr(unwrap_process, "_BOOT", boot)
+        monkeypatch.setattr(child_process, "_BOOT", boot)
     with pytest.raises(NoUnwrapper):
         unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
 
@@ -361,7 +363,7 @@ def no_memory(*_: Any, **__: Any) -> Any:
 
 
 def test_an_error_after_the_fallback_tells_of_the_child(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(unwrap_process, "_BOOT", DYING)
+    monkeypatch.setattr(child_process, "_BOOT", DYING)
 
     def here(*_: Any, **__: Any) -> Charts:
         raise RuntimeError("and so did this process")
@@ -375,7 +377,7 @@ def test_an_error_after_the_fallback_tells_of_the_child(monkeypatch: pytest.Monk
 @pytest.mark.usefixtures("only_apart")
 def test_no_fallback_after_a_cancel(monkeypatch: pytest.MonkeyPatch) -> None:
     """A Ctrl-C ends the child and sets the wish to stop; nothing is unwrapped then."""
-    monkeypatch.setattr(unwrap_process, "_interpreter", no_interpreter)
+    monkeypatch.setattr(child_process, "_interpreter", no_interpreter)
     with pytest.raises(Cancelled):
         unwrap_in_process("cube", *cube(), *SETTINGS, progress=stopping(1))
 
@@ -393,11 +395,35 @@ def test_interpreter(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     own = program(tmp_path / "bundled" / "python3")
     monkeypatch.setattr(sys, "prefix", str(tmp_path / "prefix"))
     monkeypatch.setattr(sys, "executable", own)
-    assert unwrap_process._interpreter() == own
+    assert child_process._interpreter() == own
     for useless in (blender, "", None, str(tmp_path / "python-gone"), str(tmp_path)):
         monkeypatch.setattr(sys, "executable", useless)
-        with pytest.raises(unwrap_process._NoAnswer):
-            unwrap_process._interpreter()
+        with pytest.raises(child_process.NoAnswer):
+            child_process._interpreter()
     release = "python{}.{}".format(*sys.version_info)
     beside = program(tmp_path / "prefix" / "bin" / release)
-    assert unwrap_process._interpreter() == beside
+    assert child_process._interpreter() == beside
+
+
+# Charts that exist
+
+
+def test_charts_side_by_side_are_the_same_bits(children: list[Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices, triangles, polygons = waves(10)
+    uv = unwrap("waves", vertices, triangles, polygons, *SETTINGS).uv
+    maps = [ExistingCharts(vertices, triangles, each, udim) for each in (uv, 2.0 * uv) for udim in Udim]
+    here = side_by_side("Set", maps, (256, 128), 4)
+    monkeypatch.setattr(unwrap_process, "side_by_side", no_interpreter)
+    apart = side_by_side_in_process("Set", maps, (256, 128), 4, progress=quietly)
+    assert [each.tobytes() for each in apart.uv] == [each.tobytes() for each in here.uv]
+    assert (apart.count, apart.padding, apart.stretch) == (here.count, here.padding, here.stretch)
+    assert len(children) == 1
+
+
+def test_charts_side_by_side_are_refused_and_made_here_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    vertices, triangles, _ = cube()
+    flat = [ExistingCharts(vertices, triangles, np.zeros((len(triangles), 3, 2), np.float32))]
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"^Set: no face has an area"):
+            side_by_side_in_process("Set", flat, (64, 64), 4, progress=quietly)
+        monkeypatch.setattr(child_process, "_interpreter", no_interpreter)

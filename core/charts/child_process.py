@@ -1,0 +1,219 @@
+"""Work in a process of its own: what it is asked goes over a pipe, how far it is and what became of it come back.
+
+Much of what is done for charts is numpy, which keeps Python's global lock while it works, seconds with a dense mesh: in
+a thread it would make Blender's window stutter all the same. A process of its own does not, and can be killed.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+from ..base.errors import InputError, NoUnwrapper
+from .stages import Tell
+
+PERIOD = 0.05  # seconds between two looks at whether to go on, and the least between two words of the child
+BEGINNING = "making UV charts"  # the stage until the child says more
+
+# What the child runs. The parent's name for the package (bl_ext.…) means nothing there, so the child imports the folder
+# by its own name. It does so with nothing else on the path: beside an installed extension lie all the others.
+_BOOT = """
+import importlib, pickle, sys
+release, home, package, path = pickle.load(sys.stdin.buffer)
+if sys.version_info[:2] != release:
+    sys.exit(f"Python {release} was wanted, this is {sys.version}")
+own, sys.path[:] = sys.path[:], [home]
+importlib.import_module(package)
+sys.path[:] = path + own
+importlib.import_module(package + ".core.charts.unwrap_process").answer()
+"""
+
+# What the child says, each in a pair with what belongs to it: a share and a stage; what it was asked for; the
+# InputError's line; why it makes none.
+_REACHED, _DONE, _REFUSED, _UNABLE = "reached", "done", "refused", "unable"
+_TOO_LITTLE = "there is too little memory to make them"
+_CRASHED = 0x80000000  # on Windows: the first of the statuses of processes that crashed
+_COMPLAINT = 1 << 16  # bytes that are kept of what it writes to stderr, from the end
+
+
+class NoAnswer(Exception):
+    """No child could be asked, or it gave up without an answer; the message says why, with the child's stderr."""
+
+
+def ask(name: str, question: Any, progress: Tell) -> Any:
+    """What a child answers. question: what `answer` hands on there.
+
+    Other threads run meanwhile. `progress` is called every 0.05 s in the calling thread with the share and stage that
+    the child has told last; once it raises (Cancelled), the child is killed. Raises InputError as the child does;
+    NoUnwrapper, naming `name`, where it is killed, crashes or lacks memory, as this process might; NoAnswer where none
+    can be asked: no Python of this release is found, a sandbox forbids it, that Python cannot load numpy.
+    """
+    try:
+        return _asked(name, question, progress)
+    except OSError as error:
+        if error.errno == errno.ENOMEM:
+            raise NoUnwrapper(name, _TOO_LITTLE) from error
+        raise NoAnswer(str(error)) from error
+
+
+def answer(do: Callable[[Any, Tell], Any]) -> None:
+    """The child's side: a question on stdin; on stdout how far it is, and at last what became of it.
+
+    All is pickled, and holds nothing of this package: it has another name in the parent. Once the parent is gone, the
+    next word to it ends this process.
+    """
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(2, 1)  # a library that prints must not disturb the answer
+        reply: tuple[str, Any]
+        try:
+            reply = _DONE, do(pickle.load(sys.stdin.buffer), _Word(out))
+        except MemoryError:
+            reply = _UNABLE, _TOO_LITTLE
+        except InputError as error:
+            reply = _REFUSED, str(error)
+        pickle.dump(reply, out, protocol=5)
+
+
+class _Word:
+    """Tells the parent how far the child is, each stage at once and shares now and then."""
+
+    def __init__(self, out: IO[bytes]) -> None:
+        self._out = out
+        self._stage, self._due = "", 0.0
+
+    def __call__(self, share: float, stage: str) -> None:
+        now = time.monotonic()
+        if stage == self._stage and now < self._due:
+            return
+        self._stage, self._due = stage, now + PERIOD
+        self._out.write(pickle.dumps((_REACHED, (share, stage))))  # in one piece, from whichever thread
+        self._out.flush()
+
+
+def _interpreter() -> str:
+    """A Python of this process' release. Raises NoAnswer where there is none.
+
+    sys.executable is Blender itself in some builds and empty in others. The child checks its release.
+    """
+    prefix, release = Path(sys.prefix), f"python{sys.version_info[0]}.{sys.version_info[1]}"
+    beside = [prefix / "bin" / release, prefix / "bin" / "python.exe", prefix / "python.exe"]
+    for path in [Path(sys.executable or ""), *beside]:
+        if path.is_absolute() and path.name.lower().startswith("python") and shutil.which(str(path)):
+            return str(path)
+    raise NoAnswer(f"no {release} at {prefix}")
+
+
+def _asked(name: str, question: Any, progress: Tell) -> Any:
+    """As `ask`; raises OSError where no child can be started."""
+    package = Path(__file__).absolute().parents[2]
+    head = (sys.version_info[:2], str(package.parent), package.name, sys.path)
+    # -I: as in Blender, no PYTHON… variable and no user site; -B: nothing written beside the code.
+    command = [_interpreter(), "-I", "-B", "-X", "utf8", "-c", _BOOT]
+    child = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+    )
+    assert child.stdin and child.stdout and child.stderr
+    talk = _Talk(progress)
+    # Each pipe has a thread, so that none is ever full. The threads are left before the child, whose end ends them.
+    with child, ThreadPoolExecutor(3) as executor:
+        try:
+            sent = executor.submit(_send, child.stdin, head, question)
+            heard = executor.submit(talk.listen, child.stdout)
+            complaint = executor.submit(_last_of, child.stderr)
+            talk.wait_for(heard)
+            if talk.reply is None:  # nothing more will be said
+                talk.wait_for_end(child)
+        finally:
+            child.kill()  # does nothing to one that has ended
+    if talk.reply is not None:
+        return _read(name, talk.reply)
+    for error in (sent.exception(), heard.exception()):
+        if isinstance(error, MemoryError):
+            raise NoUnwrapper(name, _TOO_LITTLE) from error
+    if (end := _violent_end(child.returncode)) is not None:
+        time.sleep(PERIOD)  # a Ctrl-C goes to both, and need not have been heard here
+        talk.pass_on()
+        raise NoUnwrapper(name, f"the process that makes them {end}")
+    raise NoAnswer(f"status {child.returncode}\n{complaint.result()}".strip())
+
+
+class _Talk:
+    """What a child says, heard in one thread and passed on in another. reply: the last of it, once it is there."""
+
+    def __init__(self, progress: Tell) -> None:
+        self.reply: tuple[str, Any] | None = None
+        self._progress = progress
+        self._reached = (0.0, BEGINNING)
+
+    def listen(self, pipe: IO[bytes]) -> None:
+        """Until there is a reply, or none will come."""
+        with suppress(EOFError, OSError, pickle.UnpicklingError):
+            while self.reply is None:
+                kind, content = pickle.load(pipe)
+                if kind == _REACHED:
+                    self._reached = content
+                else:
+                    self.reply = kind, content
+
+    def pass_on(self) -> None:
+        """How far the child is. Raises what whoever is told does."""
+        self._progress(*self._reached)
+
+    def wait_for(self, future: Future[Any]) -> None:
+        """Passing on meanwhile. Raises what whoever is told does."""
+        while not wait([future], PERIOD).done:
+            self.pass_on()
+
+    def wait_for_end(self, child: subprocess.Popen[bytes]) -> None:
+        """As `wait_for`, of a process that need do no more than end."""
+        while child.poll() is None:
+            self.pass_on()
+            with suppress(subprocess.TimeoutExpired):
+                child.wait(PERIOD)
+
+
+def _send(pipe: IO[bytes], *messages: Any) -> None:
+    with suppress(OSError), pipe:  # a child that has ended reads nothing
+        for message in messages:
+            pickle.dump(message, pipe, protocol=5)  # which writes arrays as they lie, without a copy
+
+
+def _last_of(pipe: IO[bytes]) -> str:
+    """The end of what is written to a pipe, read to its end."""
+    pieces: deque[bytes] = deque(maxlen=16)
+    while piece := pipe.read1(_COMPLAINT // 16):  # type: ignore[attr-defined]
+        pieces.append(piece)
+    return b"".join(pieces).decode(errors="replace")
+
+
+def _violent_end(status: int) -> str | None:
+    """How a process was ended that did not end by itself."""
+    if status < 0:
+        why = ", as systems do that run out of memory" if status == -signal.SIGKILL else ""
+        return f"was ended ({signal.strsignal(-status)}{why})"
+    return f"crashed (0x{status:X})" if status >= _CRASHED else None
+
+
+def _read(name: str, reply: tuple[str, Any]) -> Any:
+    became, content = reply
+    if became == _REFUSED:
+        raise InputError(content)
+    if became == _UNABLE:
+        raise NoUnwrapper(name, content)
+    return content
