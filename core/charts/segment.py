@@ -7,6 +7,8 @@ again there, and looked after.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..base.arrays import Flags, Longs
@@ -22,9 +24,9 @@ from .stages import Stages
 # The most stretch of a chart, L2 and its 95th percentile: of a piece, of what pieces are joined to, and of a chart that
 # has come out of the full mesh with more.
 _PIECE, _JOINED, _CHART = (1.05, 1.2), (1.07, 1.3), (1.15, 1.5)
-# Charts are joined up to this part of the surface, beyond that only where they fill so much of their box: a few large
-# ones of any outline leave an image half empty.
-_LARGEST, _FULL = 0.1, 0.8
+# Charts are at most this part of the surface, more only where they fill so much of their box: a few large ones of any
+# outline leave an image half empty.
+_LARGEST, _FULL = 0.2, 0.9
 _EDGE = 0.5  # surfaces that turn by more than 60 degrees (1 - cosine) at an edge part there, where edges close a chart
 
 
@@ -57,12 +59,17 @@ def _locked(mesh: ChartMesh) -> Flags:
 def _curved(mesh: ChartMesh, locked: Flags, stages: Stages) -> tuple[Cuts, Joins]:
     """Cuts of a mesh no part of which is a plane, and how its charts were joined."""
     coarse = CoarseMesh.of(mesh, locked, stages.enter("simplifying the mesh", 0.05, 0.25))
-    label = _pieces(coarse, stages.enter("cutting charts", 0.25, 0.45))
-    control = stages.enter("joining charts", 0.45, 0.6)
     largest = _LARGEST * float(mesh.area.sum())
 
+    def small(flat: FlatCharts) -> Flags:
+        return np.asarray((flat.areas <= largest) | (flat.fill >= _FULL))
+
+    control = stages.enter("cutting charts", 0.25, 0.45)
+    label = _pieces(coarse, lambda flat: np.asarray(flat.good(*_PIECE) & small(flat)), control)
+    control = stages.enter("joining charts", 0.45, 0.6)
+
     def fits(flat: FlatCharts) -> Flags:
-        return np.asarray(flat.good(*_JOINED) & ((flat.areas <= largest) | (flat.fill >= _FULL)))
+        return np.asarray(flat.good(*_JOINED) & small(flat))
 
     tree = joined(coarse.mesh, label, coarse.locked, fits, control)
     carried = label[coarse.origin]
@@ -71,23 +78,19 @@ def _curved(mesh: ChartMesh, locked: Flags, stages: Stages) -> tuple[Cuts, Joins
     return cuts, Joins(tree, name, leaf)
 
 
-def _pieces(coarse: CoarseMesh, control: Control | None) -> Longs:
-    """(T',) charts of the simplified mesh that can be laid flat: its parts as they are where they can, else what sharp
-    edges make of them, cut in halves until all can."""
+def _pieces(coarse: CoarseMesh, fits: Callable[[FlatCharts], Flags], control: Control | None) -> Longs:
+    """(T',) charts of the simplified mesh: its parts as they are where they can be laid flat, else what sharp edges
+    make of them, cut in halves until all fit."""
     mesh, joined = coarse.mesh, (coarse.mesh.twin >= 0) & ~coarse.locked
     label = triangle_groups(mesh, joined)[0].astype(np.int64)
     uncut = np.zeros(len(mesh.twin), np.bool_)
-    hard = ~_flat_pieces(lay_flat(mesh, Cuts(label, uncut), control))[label]
+    hard = ~lay_flat(mesh, Cuts(label, uncut), control).good(*_PIECE)[label]
     if hard.any():
         smooth = joined & (mesh.crease(np.arange(len(mesh.twin))) < _EDGE)
         faces = triangle_groups(mesh, smooth)[0]
         label = np.unique(np.where(hard, int(label.max()) + 1 + faces, label), return_inverse=True)[1].ravel()
-        label = good_charts(mesh, Cuts(label, uncut), _flat_pieces, None, control).cuts.label
-    return absorbed(mesh, label, coarse.locked, _flat_pieces, control)
-
-
-def _flat_pieces(flat: FlatCharts) -> Flags:
-    return flat.good(*_PIECE)
+        label = good_charts(mesh, Cuts(label, uncut), fits, None, control).cuts.label
+    return absorbed(mesh, label, coarse.locked, fits, control)
 
 
 def _leaves(mesh: ChartMesh, pieces: Longs, carried: Longs, tree: Tree) -> Longs:
