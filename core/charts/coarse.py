@@ -34,7 +34,9 @@ class CoarseMesh:
         result = simplified(mesh.points, mesh.triangles, locked.reshape(-1, 3), TOLERANCE, MOST, control=control)
         used, local = np.unique(result.triangles, return_inverse=True)
         count = len(result.survivors)
-        coarse = connected(result.smoothed(mesh.points, TOLERANCE)[used], local.reshape(-1, 3).astype(np.int64), np.arange(count))
+        coarse = connected(
+            result.smoothed(mesh.points, TOLERANCE)[used], local.reshape(-1, 3).astype(np.int64), np.arange(count)
+        )
         return CoarseMesh(coarse, result.patch, _carried(mesh, locked, result.patch, coarse))
 
 

@@ -10,6 +10,7 @@ from .chart_boxes import ChartBoxes
 from .chart_mesh import ChartMesh, halves_of, triangle_groups
 from .divide import divided
 from .flat_charts import Cuts
+from .packing import expected_scale
 from .repair import Layout
 
 # A chart may be this long, a part of the image's longer side, unless it fills so much of the square of its length: then
@@ -17,7 +18,6 @@ from .repair import Layout
 _LONGEST, _COMPACT = 0.8, 0.5
 # A chart that fills less than this of its box is bent; it may be this long, a part of the longer side.
 _BENT, _LONGEST_BENT = 0.3, 0.4
-_FILLED = 0.75
 _ROUNDS = 24  # of halving
 
 
@@ -55,19 +55,12 @@ def _as_large(mesh: ChartMesh, cuts: Cuts, uv: Doubles) -> Doubles:
     return np.asarray(uv * scale[cuts.label][:, None, None])
 
 
-def _expected_scale(area: float, perimeter: float, size: tuple[int, int], padding: int) -> float:
-    """Texels a unit at which charts are likely to be packed: with half of the padding round them they fill so much of
-    the image."""
-    room, gap = _FILLED * size[0] * size[1], 0.5 * padding * perimeter
-    return float((np.sqrt(gap * gap + 4.0 * area * room) - gap) / (2.0 * area))
-
-
 def _long(mesh: ChartMesh, cuts: Cuts, uv: Doubles, size: tuple[int, int], padding: int) -> Flags:
     """(C,) bool: charts that are too long."""
     area = np.bincount(cuts.label, np.maximum(uv_area_of(uv), 0.0), cuts.count)
     rim = ~cuts.joined(mesh)
     perimeter = float(mesh.lengths[rim].sum())
-    scale = _expected_scale(float(area.sum()), perimeter, size, padding)
+    scale = expected_scale(float(area.sum()), perimeter, cuts.count, size, padding)
     box = ChartBoxes.of(cuts.label, cuts.count, uv)
     bent = area < _BENT * box.area
     compact = area >= _COMPACT * box.length**2

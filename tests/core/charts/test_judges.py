@@ -127,12 +127,14 @@ def test_stretch_of_a_square_drawn_twice_as_wide() -> None:
 
 
 def test_charts_are_told_apart_by_the_edges_of_the_mesh() -> None:
-    """Two squares joined along an edge, in the layout too; then the same edge parted in the mesh."""
+    """Two squares joined along an edge, in the layout too, be its vertices shared or not; then parted in the mesh."""
     points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)]
     mesh = of_faces(points, [[0, 1, 2, 3], [1, 4, 5, 2]])
     uv = (mesh.vertices[mesh.triangles][..., :2] / 4).astype(np.float32)
     assert len(np.unique(charts_of(mesh, uv))) == 1
-    parted = of_faces([*points, points[1]], [[0, 1, 2, 3], [6, 4, 5, 2]])
+    loose = of_faces([*points, points[1]], [[0, 1, 2, 3], [6, 4, 5, 2]])
+    assert len(np.unique(charts_of(loose, uv))) == 1
+    parted = of_faces([*points, (1, 0, 1)], [[0, 1, 2, 3], [6, 4, 5, 2]])
     assert len(np.unique(charts_of(parted, uv))) == 2
     moved = uv.copy()
     moved[2:] += np.float32(0.25)

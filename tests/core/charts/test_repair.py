@@ -66,7 +66,9 @@ def test_a_join_that_does_not_fit_comes_apart_as_it_was() -> None:
     halves = good_charts(mesh, uncut(mesh), fits).cuts
     tree = Tree(halves.count, [(0, 1)], [1])
     cuts, name = replayed(mesh, halves.label, np.zeros(len(mesh.twin), bool), tree)
-    nothing_joined = good_charts(mesh, cuts, lambda flat: flat.areas <= halves_area(mesh, halves), Joins(tree, name, halves.label))
+    nothing_joined = good_charts(
+        mesh, cuts, lambda flat: flat.areas <= halves_area(mesh, halves), Joins(tree, name, halves.label)
+    )
     assert nothing_joined.cuts.count == halves.count
     pairs = np.unique(np.stack([nothing_joined.cuts.label, halves.label]), axis=1)
     assert pairs.shape[1] == halves.count

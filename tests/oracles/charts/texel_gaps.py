@@ -18,7 +18,9 @@ def touched(corners: Doubles, chart: Longs, width: int, height: int) -> tuple[Lo
     """
     spans = row_spans(corners, within=TOUCH)
     first = np.floor(spans.start + TOUCH).astype(np.int64)
-    last = np.maximum(np.ceil(spans.end - TOUCH).astype(np.int64) - 1, first)
+    last = np.ceil(spans.end - TOUCH).astype(np.int64) - 1
+    short = last < first  # by a border it is in the texel of its middle, not in the next
+    first[short] = last[short] = np.floor(0.5 * (spans.start + spans.end)[short])
     first, last = np.clip(first, 0, width - 1), np.clip(last, 0, width - 1)
     count = last - first + 1
     column = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
