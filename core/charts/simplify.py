@@ -78,7 +78,8 @@ def simplified(
     triangles that turn the same way. Along lines vertices go too, where the line stays within the tolerance. tolerance:
     how far collapses move the surface (root mean square over what a vertex stands for, in units of the points). most:
     while more triangles are left than that, it goes on beyond the tolerance, as long as anything can go. control: set
-    its `cancel` to stop. Raises Cancelled, MemoryError, and InputError for a mesh that breaks this.
+    its `cancel` to stop. Time and memory grow with the triangles, and with the vertices, used or not; many loose pieces
+    are best done in one call. Raises Cancelled, MemoryError, and InputError for a mesh that breaks this.
     """
     count = len(triangles)
     corners, flags = np.ascontiguousarray(triangles, np.int32), np.ascontiguousarray(kept, np.uint8)

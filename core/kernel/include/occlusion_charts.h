@@ -31,7 +31,8 @@ OB_API int32_t ob_smooth_labels(int64_t count, const int64_t *starts, const int3
  * place; edges with other than two triangles that turn the same way stay in any case. root: of each triangle, the one
  * that stands for the part of the simplified mesh that it lies at; root[t] == t for those. corners, lines:
  * triangle_count x 3, for each of those the vertices of that part, a triangle, and 1 where an edge is part of a line;
- * what the others have is of no meaning. Triangles of one root are connected over edges that are no part of a line. */
+ * what the others have is of no meaning. Triangles of one root are connected over edges that are no part of a line.
+ * OB_INVALID where a triangle has a vertex twice, one that is not there, or one at a place that is not finite. */
 OB_API int32_t ob_simplify(const double *points, int64_t vertex_count, const int32_t *triangles, int64_t triangle_count,
                            const uint8_t *kept, double tolerance, int64_t most, int32_t *root, int32_t *corners,
                            uint8_t *lines, ob_control *control);

@@ -28,8 +28,8 @@ constexpr double kStarCosine = 0.64;
 constexpr double kThin = 0.02;
 // Collapses by less than this share of the tolerance, squared, are ordered coarsely.
 constexpr double kFineFrom = 1.0 / 16.0;
-// Where collapses have run out, all vertices are tried once more if the last trial was worth it.
-constexpr int64_t kWorthwhile = 64;
+// Where collapses have run out, all vertices are tried once more if the last trial took away this part of the faces.
+constexpr int64_t kWorthwhile = 8;
 
 struct Move {
   double key;
@@ -64,6 +64,7 @@ private:
     int32_t count = 0;
     for (const Freedom freedom : {Freedom::line, Freedom::surface}) {
       for (int32_t v = 0; v < mesh_.node_count(); ++v) {
+        watch_.look();
         if (mesh_.node(v).freedom == freedom) {
           mesh_.tag(v, count++);
         }
@@ -118,6 +119,9 @@ private:
       error = std::max(error, line_of(u).mean_square(way));
     }
     const double all = error + kLengthShare * squared(way);
+    if (!(all < kFar)) { // of places too far apart for double precision
+      return kFar;
+    }
     return error <= within_ ? std::min(all, within_) : all;
   }
 
@@ -135,7 +139,7 @@ private:
 
   void enqueue(int32_t v, const Star &star) {
     mesh_.targets(v, star, targets_);
-    double least = std::numeric_limits<double>::infinity();
+    double least = kFar;
     for (const int32_t to : targets_) {
       least = std::min(least, key(v, to));
     }
@@ -279,6 +283,7 @@ private:
     }
   }
 
+  static constexpr double kFar = std::numeric_limits<double>::max();
   // Less than any length or doubled area whose square and inverse are safe.
   static constexpr double kNothing = 1e-150;
 
@@ -294,6 +299,26 @@ private:
   std::vector<int32_t> targets_;
   std::vector<Move> moves_;
 };
+
+// Whether the corners of each triangle are three vertices, at finite places.
+bool is_mesh(const double *points, int64_t vertex_count, const int32_t *triangles, int64_t triangle_count) {
+  for (int64_t t = 0; t < triangle_count; ++t) {
+    const int32_t *corner = triangles + 3 * t;
+    if (corner[0] == corner[1] || corner[1] == corner[2] || corner[2] == corner[0]) {
+      return false;
+    }
+    for (int i = 0; i < 3; ++i) {
+      if (corner[i] < 0 || corner[i] >= vertex_count) {
+        return false;
+      }
+      const double *p = points + 3 * static_cast<int64_t>(corner[i]);
+      if (!std::isfinite(p[0]) || !std::isfinite(p[1]) || !std::isfinite(p[2])) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
 
 struct Results {
   int32_t *root, *corners;
@@ -330,6 +355,9 @@ extern "C" int32_t ob_simplify(const double *points, int64_t vertex_count, const
     if (!(tolerance >= 0.0)) {
       return ob::fail(OB_INVALID, "a mesh cannot be simplified within a tolerance below 0");
     }
+    if (!ob::simplify::is_mesh(points, vertex_count, triangles, triangle_count)) {
+      return ob::fail(OB_INVALID, "a mesh to be simplified has vertices that are not there, used twice or not finite");
+    }
     ob::LoopWatch watch(control);
     ob::begin(control, triangle_count);
     try {
@@ -337,7 +365,7 @@ extern "C" int32_t ob_simplify(const double *points, int64_t vertex_count, const
           ob::simplify::put_in_order(points, vertex_count, triangles, triangle_count, kept, watch);
       const ob::simplify::MeshEdges edges =
           ob::simplify::find_edges(whole.triangles, whole.kept, whole.vertex_count(), watch);
-      ob::simplify::CollapseMesh mesh(whole, edges, watch);
+      ob::simplify::CollapseMesh mesh(whole, points, edges, watch);
       ob::simplify::Simplifier(mesh, edges, tolerance, most, control).run();
       ob::simplify::write(whole, mesh, ob::simplify::assign_patches(mesh, whole, edges, watch), {root, corners, lines});
       ob::advance(control, mesh.left());

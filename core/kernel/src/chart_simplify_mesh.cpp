@@ -32,7 +32,7 @@ class Surroundings {
 public:
   Surroundings(const OrderedMesh &mesh, const MeshEdges &edges, LoopWatch &watch)
       : triangles_(mesh.triangles.data()), corners_(static_cast<int32_t>(mesh.triangles.size())), edges_(edges),
-        watch_(watch), around_(mesh.points.size()), seen_(mesh.triangles.size(), 0) {}
+        watch_(watch), around_(mesh.vertex.size()), seen_(mesh.triangles.size(), 0) {}
 
   std::vector<Around> run() {
     for (const auto &line : edges_.lines) {
@@ -102,12 +102,13 @@ void set_line(Face &face, int32_t side) { face.lines = static_cast<uint8_t>(face
 
 } // namespace
 
-CollapseMesh::CollapseMesh(const OrderedMesh &mesh, const MeshEdges &edges, LoopWatch &watch)
+CollapseMesh::CollapseMesh(const OrderedMesh &mesh, const double *points, const MeshEdges &edges, LoopWatch &watch)
     : faces_(mesh.triangle.size()), left_(mesh.triangle_count()) {
-  nodes_.reserve(mesh.points.size());
-  for (const Vector3 &point : mesh.points) {
+  nodes_.reserve(mesh.vertex.size());
+  for (const int32_t v : mesh.vertex) {
     watch.look();
-    nodes_.push_back({point, -1, 0, 0, -1, Freedom::none});
+    const double *point = points + 3 * static_cast<int64_t>(v);
+    nodes_.push_back({{point[0], point[1], point[2]}, -1, 0, 0, -1, Freedom::none});
   }
   for (int32_t f = mesh.triangle_count() - 1; f >= 0; --f) { // backwards: a vertex has its first face first
     watch.look();
@@ -126,6 +127,7 @@ CollapseMesh::CollapseMesh(const OrderedMesh &mesh, const MeshEdges &edges, Loop
   }
   const std::vector<Around> around = Surroundings(mesh, edges, watch).run();
   for (int32_t v = 0; v < node_count(); ++v) {
+    watch.look();
     node_of(v).freedom = freedom_of(around[static_cast<size_t>(v)]);
   }
 }

@@ -59,7 +59,8 @@ public:
   // among their neighbours have left fewer. The hub of a fan would cost the square of its faces otherwise.
   static constexpr int32_t kMostFaces = 96;
 
-  CollapseMesh(const OrderedMesh &mesh, const MeshEdges &edges, LoopWatch &watch);
+  // points: three numbers for each vertex, by the old numbers.
+  CollapseMesh(const OrderedMesh &mesh, const double *points, const MeshEdges &edges, LoopWatch &watch);
 
   const Face &face(int32_t f) const { return faces_[static_cast<size_t>(f)]; }
   void tag(int32_t v, int32_t tag) { node_of(v).tag = tag; }

@@ -29,7 +29,7 @@ public:
     const double side = std::max({high_.x - low_.x, high_.y - low_.y, high_.z - low_.z});
     const auto cell = [&](double from_low) {
       const double share = side > 0.0 ? from_low / side : 0.0;
-      return spread(std::min(static_cast<uint32_t>(share * kCells), static_cast<uint32_t>(kCells - 1)));
+      return spread(share < 1.0 ? static_cast<uint32_t>(share * kCells) : static_cast<uint32_t>(kCells - 1));
     };
     return cell(p.x - low_.x) | cell(p.y - low_.y) << 1 | cell(p.z - low_.z) << 2;
   }
@@ -95,10 +95,9 @@ private:
       sort_by(
           mesh_.vertex, kCells, [&](int32_t v) { return place[static_cast<size_t>(v)] >> bit & (kCells - 1); }, watch_);
     }
-    for (const int32_t v : mesh_.vertex) {
+    for (size_t v = 0; v < mesh_.vertex.size(); ++v) {
       watch_.look();
-      number_[static_cast<size_t>(v)] = static_cast<int32_t>(mesh_.points.size());
-      mesh_.points.push_back(point(v));
+      number_[static_cast<size_t>(mesh_.vertex[v])] = static_cast<int32_t>(v);
     }
   }
 

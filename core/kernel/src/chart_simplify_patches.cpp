@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <queue>
 #include <tuple>
 #include <utility>
@@ -44,6 +45,7 @@ Left gather_left(const CollapseMesh &mesh, LoopWatch &watch) {
   std::vector<int32_t> triangles;
   std::vector<uint8_t> lines;
   for (int32_t f = 0; f < mesh.face_count(); ++f) {
+    watch.look();
     const Face &face = mesh.face(f);
     if (face.is_gone()) {
       continue;
@@ -103,7 +105,7 @@ private:
 
   Vector3 middle_of(int32_t f) const {
     const int32_t *corner = &whole_.triangles[3 * static_cast<size_t>(f)];
-    const auto point = [&](int i) { return whole_.points[static_cast<size_t>(corner[i])]; };
+    const auto point = [&](int i) { return mesh_.node(corner[i]).at; };
     return (1.0 / 3.0) * (point(0) + point(1) + point(2));
   }
 
@@ -135,6 +137,7 @@ private:
   void fill_empty() {
     std::vector<int32_t> faces(left_.faces.size(), 0);
     for (const int32_t each : patch_) {
+      watch_.look();
       ++faces[static_cast<size_t>(each)];
     }
     for (size_t i = 0; i < faces.size(); ++i) {
@@ -185,6 +188,7 @@ private:
       }
     }
     for (int32_t f = 0; f < mesh_.face_count(); ++f) {
+      watch_.look();
       if (part(f) != largest_[static_cast<size_t>(patch(f))]) {
         part(f) = -1;
       }
@@ -194,6 +198,7 @@ private:
   // Faces without a patch go to one beside them, the nearest first.
   void grow() {
     for (int32_t f = 0; f < mesh_.face_count(); ++f) {
+      watch_.look();
       if (part(f) >= 0) {
         offer(f);
       }
@@ -257,6 +262,11 @@ private:
 } // namespace
 
 Patches assign_patches(const CollapseMesh &mesh, const OrderedMesh &whole, const MeshEdges &edges, LoopWatch &watch) {
+  if (mesh.left() == mesh.face_count()) { // of loose triangles, say
+    std::vector<int32_t> own(static_cast<size_t>(mesh.face_count()));
+    std::iota(own.begin(), own.end(), 0);
+    return {own, own};
+  }
   return PatchMaker(mesh, whole, edges, watch).run();
 }
 

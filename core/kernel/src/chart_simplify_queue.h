@@ -1,8 +1,10 @@
 // A priority queue of numbered items whose keys change often and need not be told apart finer than by a tenth.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 namespace ob::simplify {
@@ -16,9 +18,9 @@ public:
       : links_(static_cast<size_t>(items), Link{-1, -1, -1}), first_(kBuckets, -1), last_(kBuckets, -1),
         fine_from_(fine_from) {}
 
-  // key: 0 or more.
+  // key: 0 or more. All above the largest of float32 are one.
   int32_t bucket_of(double key) const {
-    const auto rounded = static_cast<float>(key);
+    const auto rounded = static_cast<float>(std::min(key, double{std::numeric_limits<float>::max()}));
     uint32_t bits = 0;
     std::memcpy(&bits, &rounded, sizeof bits);
     const auto bucket = static_cast<int32_t>(bits >> kShift);

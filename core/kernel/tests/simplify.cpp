@@ -330,6 +330,9 @@ static void test_arguments() {
   int32_t root[2];
   int32_t corners[6];
   uint8_t lines[6];
+  const int32_t missing[] = {0, 1, 4, 0, 1, 2};
+  const int32_t twice[] = {0, 1, 1, 0, 1, 2};
+  const double nowhere[12] = {0, 0, NAN};
   const auto call = [&](const double *points, int64_t triangle_count, double tolerance, int32_t *to) {
     return ob_simplify(points, square.vertex_count(), square.triangles.data(), triangle_count, square.kept.data(),
                        tolerance, 0, to, corners, lines, nullptr);
@@ -341,9 +344,28 @@ static void test_arguments() {
   CHECK_EQUAL(call(square.points.data(), -1, 1.0, root), OB_INVALID);
   CHECK_EQUAL(call(square.points.data(), INT32_MAX, 1.0, root), OB_INVALID);
   CHECK_EQUAL(call(square.points.data(), 2, -1.0, root), OB_INVALID);
+  CHECK_EQUAL(call(square.points.data(), 2, NAN, root), OB_INVALID);
+  CHECK_EQUAL(call(nowhere, 2, 1.0, root), OB_INVALID);
+  for (const int32_t *triangles : {missing, twice}) {
+    CHECK_EQUAL(ob_simplify(square.points.data(), square.vertex_count(), triangles, 2, square.kept.data(), 1.0, 0, root,
+                            corners, lines, nullptr),
+                OB_INVALID);
+  }
+}
+
+static void test_places_far_apart() {
+  for (const double scale : {1e-300, 1e-160, 1e-80, 1e38, 1e80, 1e160, 1e300}) {
+    Random random(4);
+    Mesh mesh = random_sheet(random);
+    for (double &value : mesh.points) {
+      value *= random.once_in(3) ? scale : 1.0;
+    }
+    check_roots(mesh, simplify(mesh, 1.0, 10));
+  }
 }
 
 int main() {
+  test_places_far_apart();
   test_topology_stays();
   test_scale_by_powers_of_two();
   test_a_square_becomes_two_triangles();

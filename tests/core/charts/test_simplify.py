@@ -299,3 +299,14 @@ def test_it_can_be_stopped() -> None:
 def test_a_tolerance_below_zero_is_refused() -> None:
     with pytest.raises(InputError, match="tolerance"):
         simplify(torus(9, 5), -1.0)
+
+
+@pytest.mark.parametrize(
+    "corner", [(0, 5), (0, -1), (0, 1), (2, 3)], ids=["missing", "negative", "twice", "not finite"]
+)
+def test_a_broken_mesh_is_refused(corner: tuple[int, int]) -> None:
+    triangles = np.array([[0, 1, 2]])
+    triangles[0, corner[0]] = corner[1]
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [np.nan, 0, 0]])
+    with pytest.raises(InputError, match="simplified"):
+        simplified(points, triangles, np.zeros((1, 3), bool), 1.0, 0)
