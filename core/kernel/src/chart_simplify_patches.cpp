@@ -12,6 +12,9 @@ namespace {
 
 // A triangle is looked for no farther than this many steps from where its collapses have left it.
 constexpr int kMostSteps = 64;
+// How far a triangle is from one that it does not turn the same way as: this share of its area counts, by the cosine,
+// beside the squared distance. It tells apart the two sides of a crease, which are equally far from what lies past it.
+constexpr double kTurnShare = 0.5;
 
 double squared_distance(Vector3 p, Vector3 a, Vector3 b) {
   const Vector3 along = b - a;
@@ -33,11 +36,29 @@ double squared_distance(Vector3 p, const std::array<Vector3, 3> &triangle) {
   return std::min({squared_distance(p, a, b), squared_distance(p, b, c), squared_distance(p, c, a)});
 }
 
+// The area, in the direction of the normal.
+Vector3 area_vector(const std::array<Vector3, 3> &triangle) {
+  return 0.5 * cross(triangle[1] - triangle[0], triangle[2] - triangle[0]);
+}
+
+Vector3 unit_normal(const std::array<Vector3, 3> &triangle) {
+  const Vector3 outward = area_vector(triangle);
+  const double size = length(outward);
+  return size > 0.0 ? (1.0 / size) * outward : Vector3{0.0, 0.0, 0.0};
+}
+
+// What there is to know of a face that looks for its patch.
+struct Seeker {
+  Vector3 middle, outward;
+  double area;
+};
+
 // The faces that are left, numbered anew.
 struct Left {
   std::vector<int32_t> faces;
   std::vector<std::array<Vector3, 3>> corners;
-  std::vector<int32_t> mate; // as MeshEdges has it
+  std::vector<Vector3> normal; // unit, or 0 where there is no area
+  std::vector<int32_t> mate;   // as MeshEdges has it
 };
 
 Left gather_left(const CollapseMesh &mesh, LoopWatch &watch) {
@@ -52,6 +73,7 @@ Left gather_left(const CollapseMesh &mesh, LoopWatch &watch) {
     }
     left.faces.push_back(f);
     left.corners.push_back({mesh.node(face.vertex[0]).at, mesh.node(face.vertex[1]).at, mesh.node(face.vertex[2]).at});
+    left.normal.push_back(unit_normal(left.corners.back()));
     for (int32_t side = 0; side < 3; ++side) {
       triangles.push_back(face.vertex[side]);
       lines.push_back(face.is_line(side) ? 1 : 0);
@@ -70,7 +92,7 @@ public:
     follow_collapses();
     for (int32_t f = 0; f < mesh_.face_count(); ++f) {
       watch_.look();
-      patch(f) = nearest(middle_of(f), patch(f));
+      patch(f) = nearest(seeker(f), patch(f));
     }
     fill_empty();
     find_parts();
@@ -103,24 +125,27 @@ private:
     }
   }
 
-  Vector3 middle_of(int32_t f) const {
+  Seeker seeker(int32_t f) const {
     const int32_t *corner = &whole_.triangles[3 * static_cast<size_t>(f)];
-    const auto point = [&](int i) { return mesh_.node(corner[i]).at; };
-    return (1.0 / 3.0) * (point(0) + point(1) + point(2));
+    const std::array<Vector3, 3> at{mesh_.node(corner[0]).at, mesh_.node(corner[1]).at, mesh_.node(corner[2]).at};
+    const Vector3 outward = area_vector(at);
+    return {(1.0 / 3.0) * (at[0] + at[1] + at[2]), outward, length(outward)};
   }
 
-  double distance(Vector3 p, int32_t patch) const {
-    return squared_distance(p, left_.corners[static_cast<size_t>(patch)]);
+  double distance(const Seeker &seeker, int32_t patch) const {
+    const auto i = static_cast<size_t>(patch);
+    const double turned = seeker.area - dot(seeker.outward, left_.normal[i]);
+    return squared_distance(seeker.middle, left_.corners[i]) + kTurnShare * std::max(turned, 0.0);
   }
 
-  // Walks over the simplified mesh to where the point is nearer than in all triangles around.
-  int32_t nearest(Vector3 p, int32_t patch) const {
-    double least = distance(p, patch);
+  // Walks over the simplified mesh to where the face is nearer than to all triangles around.
+  int32_t nearest(const Seeker &seeker, int32_t patch) const {
+    double least = distance(seeker, patch);
     for (int step = 0; step < kMostSteps; ++step) {
       const int32_t from = patch;
       for (int32_t side = 0; side < 3; ++side) {
         const int32_t mate = left_.mate[3 * static_cast<size_t>(from) + static_cast<size_t>(side)];
-        const double there = mate >= 0 ? distance(p, mate / 3) : least;
+        const double there = mate >= 0 ? distance(seeker, mate / 3) : least;
         if (there < least) {
           least = there;
           patch = mate / 3;
@@ -195,7 +220,8 @@ private:
     }
   }
 
-  // Faces without a patch go to one beside them, the nearest first.
+  // Faces without a patch go to one beside them: first all that turn about the same way as it does, the nearest first.
+  // So a fan's needles, each of which lies beside a patch past the crease too, are reached along the fan.
   void grow() {
     for (int32_t f = 0; f < mesh_.face_count(); ++f) {
       watch_.look();
@@ -205,7 +231,7 @@ private:
     }
     while (!offers_.empty()) {
       watch_.look();
-      const auto [distance, f, giver] = offers_.top();
+      const auto [is_turned, distance, f, giver] = offers_.top();
       offers_.pop();
       if (part(f) < 0) {
         part(f) = part(giver);
@@ -218,7 +244,9 @@ private:
   void offer(int32_t f) {
     for (const int32_t other : around(f)) {
       if (other >= 0 && part(other) < 0) {
-        offers_.emplace(distance(middle_of(other), patch(f)), other, f);
+        const Seeker seeking = seeker(other);
+        const double along = dot(seeking.outward, left_.normal[static_cast<size_t>(patch(f))]);
+        offers_.emplace(along < 0.5 * seeking.area, distance(seeking, patch(f)), other, f);
       }
     }
   }
@@ -245,7 +273,8 @@ private:
     return patches;
   }
 
-  using Offer = std::tuple<double, int32_t, int32_t>; // how far off, which face, from which face beside it
+  // Whether it turns another way, how far off it is, which face, and from which face beside it.
+  using Offer = std::tuple<bool, double, int32_t, int32_t>;
 
   const CollapseMesh &mesh_;
   const OrderedMesh &whole_;

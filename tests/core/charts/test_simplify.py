@@ -45,6 +45,13 @@ def cone(sides: int) -> Shape:
     return sized(points, np.stack([np.zeros(sides, int), here + 1, (here + 1) % sides + 1], axis=1))
 
 
+def can(sides: int) -> Shape:
+    """A tube with a polygon at each end, as a fan of needles from one corner."""
+    points, around = tube(sides)
+    fan = 2 * disc(sides)[1]
+    return sized(points, np.concatenate([around, fan[:, ::-1], fan + 1]))
+
+
 def disc(sides: int) -> Shape:
     """One polygon, as a fan from its first corner."""
     here = np.arange(1, sides - 1)
@@ -196,6 +203,15 @@ def test_patches_are_connected_and_compact(shape: Shape) -> None:
             break
         part = lower
     assert len(np.unique(part)) == len(result.triangles)
+
+
+@pytest.mark.parametrize("sides", [64, 512, 2_048])
+def test_patches_end_at_creases(sides: int) -> None:
+    """Even the needles of a fan near its hub, which have the side beside them, are of the lid."""
+    points, triangles = shape = can(sides)
+    result = simplify(shape, 5.0)
+    is_lid, is_lid_left = (np.abs(normals(points, which)[:, 2]) > 0.5 for which in (triangles, result.triangles))
+    assert (is_lid == is_lid_left[result.patch]).all()
 
 
 def test_kept_lines_stay_and_are_not_crossed() -> None:
