@@ -9,14 +9,25 @@
 namespace ob::flatten {
 namespace {
 
-constexpr int32_t kCoarsest = 12;                     // vertices
-constexpr double kDevelopable = 1e-6;                 // bend of a vertex, below which a coarsest mesh is taken for flat
-constexpr double kAreaShare = 0.05;                   // weight of a star's area alone beside its bend
-constexpr double kRough = 0.05;                       // bend
-constexpr double kAround = 2.5;                       // bend of a border vertex whose triangles go all around
-constexpr double kTakenEachRound = 0.8;               // of the vertices, by rising cost
-constexpr double kWantedQuality[] = {0.3, 0.1, 0.02}; // of new triangles, where the old ones are not worse
+constexpr int32_t kCoarsest = 12;       // vertices
+constexpr double kDevelopable = 1e-6;   // bend of a vertex, below which a coarsest mesh is taken for flat
+constexpr double kAreaShare = 0.05;     // weight of a star's area alone beside its bend
+constexpr double kRough = 0.05;         // bend
+constexpr double kAround = 2.5;         // bend of a border vertex whose triangles go all around
+constexpr double kTakenEachRound = 0.8; // of the vertices, by rising cost
 constexpr double kUnknown = -1.0;
+
+// What removals have to keep to.
+struct Rule {
+  double quality; // of new triangles, where the old ones are not worse
+  double reach;   // how far a vertex may move, squared, in parts of its shortest spoke
+};
+
+// One after the other, as long as too many vertices are left. Where a surface is cut finely in one direction and
+// coarsely in the other, only the fine one is made coarser until both are alike (semi-coarsening): whatever else is
+// done to needles is an error of their length, not of their width.
+constexpr double kNear = 16.0;
+constexpr Rule kRules[] = {{0.3, kNear}, {0.1, kNear}, {0.02, kNear}, {0.02, std::numeric_limits<double>::infinity()}};
 
 // The tip of a triangle by its other side: along that, and off it to the left, in parts of its length.
 Vector2 weight_by_edge(const Star &star) {
@@ -76,22 +87,30 @@ double quality_now(const Star &star) {
   return least;
 }
 
-// Gives the triangles that stay the shapes that they have in the plane, by its mean metric.
+// Gives the triangles that stay the shapes that they have in the plane. They are not evened out over the star: where
+// triangles are needles, the slightest change of a length that their neighbours do not share shears them by their
+// width.
 void set_shapes(Mesh &mesh, const Star &star, int32_t onto) {
-  const Tensor metric = mean_metric(mesh, star);
-  const double density = std::sqrt(metric.determinant());
   const Vector2 a = star.place[at(onto)];
   for (int32_t i = 0; i < star.triangles(); ++i) {
     if (star.stays(i, onto)) {
       const int32_t edge = star.edge[at(i)];
       const Vector2 b = star.place[at(i)];
       const Vector2 c = star.place[at(star.after(i))];
-      mesh.triangle(edge).area = 0.5 * density * doubled_area(a, b, c);
-      mesh.squared_length(edge) = metric.squared_length(b - a);
-      mesh.squared_length(next_in_triangle(edge)) = metric.squared_length(c - b);
-      mesh.squared_length(previous_in_triangle(edge)) = metric.squared_length(a - c);
+      mesh.triangle(edge).area = 0.5 * doubled_area(a, b, c);
+      mesh.squared_length(edge) = squared(b - a);
+      mesh.squared_length(next_in_triangle(edge)) = squared(c - b);
+      mesh.squared_length(previous_in_triangle(edge)) = squared(a - c);
     }
   }
+}
+
+double shortest_spoke(const Star &star) { // squared
+  double least = squared(star.place[0]);
+  for (int32_t i = 1; i < star.spokes; ++i) {
+    least = std::min(least, squared(star.place[at(i)]));
+  }
+  return least;
 }
 
 class Coarsening {
@@ -113,8 +132,8 @@ public:
   void run() {
     keep_level();
     int32_t kept = left_;
-    for (const double wanted : kWantedQuality) {
-      wanted_quality_ = wanted;
+    for (const Rule &rule : kRules) {
+      rule_ = rule;
       collect_live();
       active_ = live_;
       std::fill(waiting_.begin(), waiting_.end(), uint8_t{1});
@@ -247,10 +266,14 @@ private:
   }
 
   int32_t best_neighbour(const Star &star, bool rough) const {
-    double best = std::max(0.0, std::min(wanted_quality_, quality_now(star)));
+    double best = std::max(0.0, std::min(rule_.quality, quality_now(star)));
+    const double farthest = rule_.reach * shortest_spoke(star);
     int32_t onto = kNone;
     const int32_t step = star.closed ? 1 : star.spokes - 1; // border vertices along the border alone
     for (int32_t i = 0; i < star.spokes; i += step) {
+      if (squared(star.place[at(i)]) > farthest) {
+        continue;
+      }
       const double quality = quality_onto(star, i, rough, best);
       if (quality > best && may_collapse(mesh_, star, i)) {
         best = quality;
@@ -333,7 +356,7 @@ private:
   Hierarchy &out_;
   int32_t left_; // vertices
   int32_t round_ = 0;
-  double wanted_quality_ = 0.0;
+  Rule rule_ = kRules[0];
   bool develops_ = false;
   std::vector<double> cost_;       // of removing each vertex, or kUnknown
   std::vector<float> bend_;        // of each vertex, as its cost was found last

@@ -44,7 +44,8 @@ struct Hierarchy {
 // Coarsens a disk: vertices are moved onto a neighbour, those first whose going changes least, in independent sets
 // (Dobkin and Kirkpatrick 1985; Lee et al. 1998, "MAPS"). The shapes of the triangles are intrinsic: a star is spread
 // in the plane before its centre goes, which keeps distances of anything developable (compare Liu et al. 2023, "Surface
-// Simplification using Intrinsic Error Metrics"). Ends at about a dozen vertices, at one triangle where the surface can
+// Simplification using Intrinsic Error Metrics"). Of needles in rows, the rows are thinned out first, as algebraic
+// multigrid does (Ruge and Stueben 1987). Ends at about a dozen vertices, at one triangle where the surface can
 // be developed, or where none can go. mesh: that of the coarsest level afterwards.
 void coarsen(Mesh &mesh, const std::vector<Vector3> &points, const Watch &watch, Hierarchy &hierarchy);
 

@@ -55,21 +55,6 @@ double spoke_length(const Mesh &mesh, const Star &star, int32_t spoke) {
   return std::sqrt(0.5 * (one + mesh.squared_length(previous_in_triangle(star.edge[at(star.before(spoke))]))));
 }
 
-void add(Tensor &sum, double weight, Tensor g) {
-  sum = {sum.xx + weight * g.xx, sum.xy + weight * g.xy, sum.yy + weight * g.yy};
-}
-
-// The metric of the triangle after a spoke, by where its two spokes were spread to, times the square of twice the area
-// that it has there.
-Tensor in_plane(const Mesh &mesh, int32_t edge, Vector2 a, Vector2 b) {
-  const double aa = mesh.squared_length(edge);
-  const double bb = mesh.squared_length(previous_in_triangle(edge));
-  const double ab = 0.5 * mesh.corner(edge).x;
-  return {aa * b.y * b.y - 2.0 * ab * b.y * a.y + bb * a.y * a.y,
-          ab * (b.y * a.x + b.x * a.y) - aa * b.y * b.x - bb * a.y * a.x,
-          aa * b.x * b.x - 2.0 * ab * b.x * a.x + bb * a.x * a.x};
-}
-
 } // namespace
 
 bool gather(const Mesh &mesh, int32_t vertex, Star &star) {
@@ -139,32 +124,6 @@ bool spread(const Mesh &mesh, Star &star) {
     }
   }
   return true;
-}
-
-Tensor mean_metric(const Mesh &mesh, const Star &star) {
-  Tensor mean{0.0, 0.0, 0.0};
-  Tensor inverse{0.0, 0.0, 0.0}; // the mean of the inverses, but for a quarter turn: xx and yy change places
-  for (int32_t i = 0; i < star.triangles(); ++i) {
-    const int32_t edge = star.edge[at(i)];
-    const Vector2 a = star.place[at(i)];
-    const Vector2 b = star.place[at(star.after(i))];
-    const double area = mesh.area(edge);
-    const double doubled = cross(a, b);
-    const Tensor scaled = in_plane(mesh, edge, a, b);
-    add(mean, area / (doubled * doubled), scaled);
-    add(inverse, 0.25 / area, scaled);
-  }
-  // the geometric mean of two tensors of the plane is that of their directions, each over the root of its determinant
-  const double of_mean = std::sqrt(mean.determinant());
-  const double of_inverse = std::sqrt(inverse.determinant());
-  Tensor sum{0.0, 0.0, 0.0};
-  add(sum, 1.0 / of_mean, mean);
-  add(sum, 1.0 / of_inverse, inverse);
-  const double scale = std::sqrt(of_mean / of_inverse / sum.determinant());
-  if (!(scale > 0.0 && scale < std::numeric_limits<double>::infinity())) {
-    return {1.0, 0.0, 1.0}; // all the triangles are needles, beyond what double precision tells of them
-  }
-  return {scale * sum.xx, scale * sum.xy, scale * sum.yy};
 }
 
 double quality(Vector2 a, Vector2 b, Vector2 c) {

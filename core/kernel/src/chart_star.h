@@ -7,14 +7,6 @@ namespace ob::flatten {
 
 constexpr int32_t kMostSpokes = 12;
 
-// A metric of the plane: squared lengths as a quadratic form.
-struct Tensor {
-  double xx, xy, yy;
-
-  double determinant() const { return xx * yy - xy * xy; }
-  double squared_length(Vector2 v) const { return xx * v.x * v.x + 2.0 * xy * v.x * v.y + yy * v.y * v.y; }
-};
-
 struct Star {
   int32_t centre;
   bool closed;    // the vertex does not lie on the border
@@ -47,10 +39,6 @@ FanShape shape_of_fan(const Mesh &mesh, int32_t vertex);
 // all made wider or narrower by one factor so that they do (a geodesic polar map: Welch and Witkin 1994, "Free-Form
 // Shape Design Using Triangulated Surfaces"). False where that leaves no triangle.
 bool spread(const Mesh &mesh, Star &star);
-
-// What the metric is, on average, where the star was spread. By it, the symmetric Dirichlet energy of an affine map is
-// least where that of all the triangles together is: the geometric mean of the mean and the harmonic mean.
-Tensor mean_metric(const Mesh &mesh, const Star &star);
 
 // Shape of a triangle: 1 where it is equilateral, 0 where it has no area, below where it is turned over.
 double quality(Vector2 a, Vector2 b, Vector2 c);

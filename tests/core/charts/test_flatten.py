@@ -46,6 +46,19 @@ def dome(sides: int, rings: int) -> Mesh:
     return np.concatenate([[[0.0, 0.0, 1.0]], ring.reshape(-1, 3)]), np.concatenate([top, *quads])
 
 
+def elbow(sides: int, rows: int) -> Mesh:
+    """Half of a bent pipe, cut along its length, skew: needles where it has many sides."""
+    return sheet(
+        sides,
+        rows,
+        lambda u, v: (
+            (5.0 + np.cos(3.0 * u - v)) * np.cos(3.0 * v),
+            (5.0 + np.cos(3.0 * u - v)) * np.sin(3.0 * v),
+            np.sin(3.0 * u - v),
+        ),
+    )
+
+
 def waves(columns: int, noise: float) -> Mesh:
     """A wavy sheet, rough by `noise` in units of its edges."""
     rough = noise / columns * np.random.default_rng(3).standard_normal((columns + 1) ** 2)
@@ -137,6 +150,18 @@ def test_a_dome_comes_near_to_its_least_stretch(mesh: Mesh, optimum: float) -> N
     uv, state = flatten_one(mesh)
     check_sound(mesh, uv, state)
     assert stretch(*mesh, uv) < 1.005 * optimum
+
+
+@pytest.mark.parametrize("rows", [4, 12])
+def test_cutting_finely_in_one_direction_costs_no_stretch(rows: int) -> None:
+    coarse = elbow(64, rows)
+    least = stretch(*coarse, flatten_one(coarse)[0])
+    assert least < 1.1
+    for sides in (512, 2_048):
+        mesh = elbow(sides, rows)
+        uv, state = flatten_one(mesh)
+        check_sound(mesh, uv, state)
+        assert stretch(*mesh, uv) < 1.01 * least
 
 
 @pytest.mark.parametrize(("noise", "most"), [(0.1, 1.03), (0.5, 1.06), (1.0, 1.2), (4.0, 1.9)])
