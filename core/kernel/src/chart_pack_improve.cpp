@@ -57,7 +57,7 @@ public:
         rule_(fit.rule), best_(std::move(fit)) {}
 
   ChartFit run() {
-    effort_.progress.enter(budget_);
+    effort_.progress.enter(0.95, budget_);
     const double limit = scale_of_single_charts(outlines_, grid_);
     for (double step = kFirstStep; step > kLastStep && best_.scale < limit && goes_on();) {
       if (!reach(std::min(limit, best_.scale * (1.0 + step)))) {

@@ -27,7 +27,7 @@ uint64_t size_step(int32_t size, int32_t exact) {
 constexpr int kStepBits = 24;
 
 uint64_t class_key(const CellShape &shape, int turn, int32_t exact) {
-  const int64_t box = static_cast<int64_t>(shape.width) * shape.height;
+  const int64_t box = std::max<int64_t>(static_cast<int64_t>(shape.width) * shape.height, 1); // none once cancelled
   const auto fullness = static_cast<uint64_t>(kFullness * shape.cells / box);
   return ((fullness << 2 | static_cast<uint64_t>(turn)) << kStepBits | size_step(shape.width, exact)) << kStepBits |
          size_step(shape.height, exact);

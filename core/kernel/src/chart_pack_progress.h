@@ -16,11 +16,12 @@ public:
   bool stopped() const { return cancelled(control_); }
   ob_control *control() const { return control_; }
 
-  // Begins a part of the work that is likely the last: most of what is left to be told is its. From one thread.
-  void enter(int64_t steps) {
+  // Begins a part of the work, of about so many steps, that is likely such a share of all that is left. From one
+  // thread.
+  void enter(double share, int64_t steps) {
     const std::scoped_lock lock(lock_);
     start_ = end_;
-    end_ += (kTotal - end_) * 3 / 4;
+    end_ += static_cast<int64_t>(static_cast<double>(kTotal - end_) * share);
     steps_ = std::max<int64_t>(steps, 1);
     done_ = 0;
     tell();

@@ -87,7 +87,7 @@ public:
 
   // A scale is found unless each chart takes but one cell, and these are too many.
   ChartFit run() {
-    effort_.progress.enter(budget_ / 2);
+    effort_.progress.enter(outlines_.count() <= kMostFew ? 0.3 : 0.7, budget_ / 3);
     double scale = first_scale();
     double fails = kInfinity;
     for (int round = 0; !effort_.progress.stopped() && (round < kMostRounds || !best_.found()); ++round) {

@@ -20,6 +20,9 @@ constexpr double kCellsPerChart = 200.0;
 constexpr double kFewestCells = 1 << 20;
 constexpr double kMostCells = 1 << 24;
 constexpr double kLeastCellsPerChart = 4.0;
+// Charts come no nearer to texels of others than this, in texels, so that nobody who looks on takes them to be in
+// these.
+constexpr double kMargin = 1.0 / 512.0;
 // Padding is given up where less than this share of the image is used, for so many times more of it.
 constexpr double kEnough = 0.5;
 constexpr double kClearlyMore = 1.1;
@@ -60,11 +63,12 @@ StageGrid grid_for(const Image &image, const Stage &stage, double charts) {
   const double wanted =
       std::max(std::clamp(kCellsPerChart * charts, kFewestCells, kMostCells), kLeastCellsPerChart * charts);
   // Rounding to float32 moves a corner by up to 2^-25 of the longer side; twice that on either side of a border.
-  const double margin = std::max(image.across, image.along) * 0x1p-23;
+  const double rounding = std::max(image.across, image.along) * 0x1p-23;
   if (!stage.own_texels) {
     const auto parts = static_cast<int32_t>(std::max(1.0, std::floor(std::sqrt(wanted / texels))));
-    return {{image.across * parts, image.along * parts, 0, margin * parts}, 1.0 / parts};
+    return {{image.across * parts, image.along * parts, 0, rounding * parts}, 1.0 / parts};
   }
+  const double margin = std::max(rounding, kMargin);
   auto side = std::clamp(static_cast<int32_t>(std::ceil(std::sqrt(texels / (2.1 * wanted)))), 1, image.across);
   if (stage.padding % side != 0 && side < image.across && stage.padding % (side + 1) == 0) {
     ++side;

@@ -1,6 +1,8 @@
 // What ob_pack is made of against brute force, and ob_pack against what must be so.
+#include <chrono>
 #include <cstring>
 #include <limits>
+#include <thread>
 #include <vector>
 
 #include "chart_pack_cells.h"
@@ -9,6 +11,7 @@
 #include "chart_rectangle.h"
 #include "checks.h"
 #include "occlusion_charts.h"
+#include "status.h"
 
 using ob::CellPlace;
 using ob::CellShape;
@@ -295,6 +298,31 @@ static void what_breaks_the_contract_is_refused() {
   CHECK_EQUAL(ob_pack(uv, &chart, 1, 1, &packing, layout, &control), OB_CANCELLED);
 }
 
+// Whenever it is asked to.
+static void a_call_stops() {
+  Random random(5);
+  const Charts charts = random_charts(random, 400, 12);
+  std::vector<double> layout(charts.uv.size());
+  int cancelled = 0;
+  for (int delay = 0; delay < 12; ++delay) {
+    ob_packing packing{512, 512, 2, 1, 2, 0.0, 0, 0};
+    ob_control control{0, 0, 0, 0};
+    std::thread stopper([&] {
+      std::this_thread::sleep_for(std::chrono::microseconds(500 << delay));
+      ob::as_atomic(control.cancel).store(1);
+    });
+    const int32_t status = ob_pack(charts.uv.data(), charts.chart.data(), charts.triangles(), charts.count, &packing,
+                                   layout.data(), &control);
+    stopper.join();
+    CHECK(status == OB_OK || status == OB_CANCELLED);
+    if (status == OB_OK) {
+      break;
+    }
+    ++cancelled;
+  }
+  CHECK(cancelled > 0);
+}
+
 int main() {
   rectangles_are_no_larger_than_any_along_an_edge();
   shapes_are_the_cells_that_are_touched();
@@ -302,5 +330,6 @@ int main() {
   layouts_are_alike_and_inside();
   whatever_has_no_area_is_packed_too();
   what_breaks_the_contract_is_refused();
+  a_call_stops();
   return 0;
 }
