@@ -79,8 +79,10 @@ def expected_scale(area: float, perimeter: float, count: int, size: tuple[int, i
 
 
 def _scale_at(area: float, perimeter: float, count: int, size: tuple[int, int], padding: int) -> float:
-    """The positive root of area s² + girth s + corners = room; 0 where the corners take all of the room."""
+    """The positive root of area s² + girth s + corners = room; 0 where the corners take all of it, or there is no area
+    nor perimeter."""
     width = padding + _BORDER
     girth = 0.5 * _STEPS * perimeter * width
     left = _TAKEN * (size[0] + padding) * (size[1] + padding) - count * width**2
-    return 2.0 * left / (girth + float(np.sqrt(girth**2 + 4.0 * area * left))) if left > 0.0 else 0.0
+    slope = girth + float(np.sqrt(girth**2 + 4.0 * area * max(left, 0.0)))
+    return 2.0 * left / slope if left > 0.0 and slope > 0.0 else 0.0

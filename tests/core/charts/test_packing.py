@@ -181,7 +181,7 @@ def test_a_chart_is_not_turned_for_nothing() -> None:
 
 def test_half_the_image_is_used_at_the_cost_of_padding_but_not_less() -> None:
     """Few large charts keep it; the more there are, the less is left; a gap is given up only where it is what costs."""
-    kept = [packed(*shards(count), (256, 256), 4) for count in (30, 300, 3000)]
+    kept = [packed(*shards(count), (256, 256), 4) for count in (30, 200, 2000)]
     assert [padding for _, padding in kept] == sorted((padding for _, padding in kept), reverse=True)
     assert kept[0][1] == 4
     assert kept[2][1] < 2
@@ -190,7 +190,7 @@ def test_half_the_image_is_used_at_the_cost_of_padding_but_not_less() -> None:
 
 @pytest.mark.parametrize("size", [(32, 32), (2, 300), (1, 1)])
 def test_more_charts_than_texels_keep_their_areas(size: tuple[int, int]) -> None:
-    uv, piece = shards(1500)
+    uv, piece = shards(1200)
     layout, padding = packed(uv, piece, size, 4)
     assert padding == 0
     scale_of(uv, layout, size)
@@ -247,19 +247,20 @@ def test_what_cannot_be_packed_is_refused() -> None:
         packed(uv, piece - 1, (10, 10), 2)
 
 
+def perimeter(uv: Any, piece: Any) -> float:
+    """Of all charts: the sides that only one of a chart's triangles has."""
+    ends = np.round(np.stack([uv, uv[:, [1, 2, 0]]], axis=2), 9).reshape(-1, 2, 2)
+    ends = np.sort(ends[..., 0] + 1j * ends[..., 1], axis=1)
+    keys = np.concatenate([np.repeat(piece, 3)[:, None], ends], axis=1)
+    _, first, uses = np.unique(keys, axis=0, return_index=True, return_counts=True)
+    return float(sides(uv).ravel()[first[uses == 1]].sum())
+
+
 @pytest.mark.parametrize(("size", "padding"), [((512, 512), 4), ((200, 300), 1)])
 def test_the_scale_is_foreseen(size: tuple[int, int], padding: int) -> None:
-    for uv, piece in (curls(20), shards(100), boxes(*[(1.0 + i % 3, 2.0) for i in range(60)])):
+    for uv, piece in (curls(12), shards(60), boxes(*[(1.0 + i % 3, 2.0) for i in range(40)])):
         scale = scale_of(uv, packed(uv, piece, size, padding)[0], size)
-        rim = sides(uv).sum()
-        if len(uv) > len(np.unique(piece)):  # not of loose triangles: edges inside of a chart come twice
-            edge = np.sort(
-                np.round(np.stack([uv, uv[:, [1, 2, 0]]], axis=2), 9).reshape(-1, 2).view(complex).reshape(-1, 2), 1
-            )
-            names = np.concatenate([np.repeat(piece, 3)[:, None], edge], axis=1)
-            _, first, uses = np.unique(names, axis=0, return_index=True, return_counts=True)
-            rim = sides(uv).ravel()[first[uses == 1]].sum()
-        foreseen = expected_scale(uv_area(uv).sum(), rim, len(np.unique(piece)), size, padding)
+        foreseen = expected_scale(uv_area(uv).sum(), perimeter(uv, piece), int(piece.max()) + 1, size, padding)
         assert 0.8 < scale / foreseen < 1.25
 
 
