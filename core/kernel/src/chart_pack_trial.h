@@ -34,7 +34,7 @@ public:
   // come, where the rows were too few. Of those that fit the lowest becomes `best`, if it is no higher than `highest`.
   std::vector<double> place(const std::vector<PlacingRule> &rules, int32_t rows, double highest, ChartFit &best);
 
-  // Of a single chart's box none is smaller.
+  // At no smaller scale do they take less.
   bool is_one_cell_each() const { return shapes_.cells() <= charts_; }
   int64_t work() const { return work_; }
 
