@@ -27,6 +27,7 @@ _PIECE, _JOINED, _CHART = (1.05, 1.2), (1.07, 1.3), (1.15, 1.5)
 # Charts are at most this part of the surface, more only where they fill so much of their box: a few large ones of any
 # outline leave an image half empty.
 _LARGEST, _FULL = 0.2, 0.9
+_WORTH_CUTTING = 1.5  # of that: what is hardly larger would leave slivers
 _EDGE = 0.5  # surfaces that turn by more than 60 degrees (1 - cosine) at an edge part there, where edges close a chart
 
 
@@ -61,16 +62,17 @@ def _curved(mesh: ChartMesh, locked: Flags, stages: Stages) -> tuple[Cuts, Joins
     coarse = CoarseMesh.of(mesh, locked, stages.enter("simplifying the mesh", 0.05, 0.25))
     largest = _LARGEST * float(mesh.area.sum())
 
-    def small(flat: FlatCharts) -> Flags:
-        return np.asarray((flat.areas <= largest) | (flat.fill >= _FULL))
+    def small(flat: FlatCharts, most: float) -> Flags:
+        return np.asarray((flat.areas <= most) | (flat.fill >= _FULL))
 
-    control = stages.enter("cutting charts", 0.25, 0.45)
-    label = _pieces(coarse, lambda flat: np.asarray(flat.good(*_PIECE) & small(flat)), control)
-    control = stages.enter("joining charts", 0.45, 0.6)
+    def piece_fits(flat: FlatCharts) -> Flags:
+        return np.asarray(flat.good(*_PIECE) & small(flat, _WORTH_CUTTING * largest))
 
     def fits(flat: FlatCharts) -> Flags:
-        return np.asarray(flat.good(*_JOINED) & small(flat))
+        return np.asarray(flat.good(*_JOINED) & small(flat, largest))
 
+    label = _pieces(coarse, piece_fits, stages.enter("cutting charts", 0.25, 0.45))
+    control = stages.enter("joining charts", 0.45, 0.6)
     tree = joined(coarse.mesh, label, coarse.locked, fits, control)
     carried = label[coarse.origin]
     leaf = _leaves(mesh, settled(mesh, carried, locked, control), carried, tree)
