@@ -113,7 +113,7 @@ class Borders:
 
     def joined(self, mesh: ChartMesh, cuts: Cuts, chosen: Longs, names: Longs) -> Cuts:
         """The cuts without these stretches; the charts of pair chosen[i] get the label names[i]. No chart is in two."""
-        label, slit = cuts.label.copy(), cuts.slit.copy()
+        slit = cuts.slit.copy()
         to = np.arange(max(cuts.count, int(names.max(initial=-1)) + 1))
         to[self.pair[chosen].ravel()] = np.repeat(names, 2)
         label = to[cuts.label]
@@ -171,9 +171,14 @@ def joined(
         made = tree.leaves + len(tree.children) + np.arange(len(chosen))
         tree.join([(int(a), int(b)) for a, b in name[borders.pair[chosen]]])
         name[borders.pair[chosen, 0]] = made
-        present, number = np.unique(cuts.label, return_inverse=True)
-        cuts, name = Cuts(number.ravel(), cuts.slit), name[present]
+        cuts, name = _renumbered(cuts, name)
     return tree
+
+
+def _renumbered(cuts: Cuts, name: Longs) -> tuple[Cuts, Longs]:
+    """Cuts whose charts are numbered from 0 without gaps, and their names."""
+    present, number = np.unique(cuts.label, return_inverse=True)
+    return Cuts(number.ravel(), cuts.slit), name[present]
 
 
 def absorbed(
@@ -256,6 +261,5 @@ def replayed(mesh: ChartMesh, label: Longs, locked: Flags, tree: Tree) -> tuple[
         first = borders.pair[chosen, 0]
         cuts = borders.joined(mesh, cuts, chosen, first)
         name[first] = [made for _, made in found]
-        present, number = np.unique(cuts.label, return_inverse=True)
-        cuts, name = Cuts(number.ravel(), cuts.slit), name[present]
+        cuts, name = _renumbered(cuts, name)
     return cuts, name

@@ -11,7 +11,7 @@ from .chart_mesh import ChartMesh, halves_of, triangle_groups
 from .divide import divided
 from .flat_charts import Cuts
 from .packing import expected_scale
-from .repair import Layout
+from .repair import Layout, members_of
 
 # A chart may be this long, a part of the image's longer side, unless it fills so much of the square of its length: then
 # it takes the room of many, and is no longer than they would be.
@@ -26,15 +26,12 @@ def shortened(mesh: ChartMesh, layout: Layout, size: tuple[int, int], padding: i
     uv, cuts = layout.uv, layout.cuts
     pending = np.ones(cuts.count, np.bool_)
     for _ in range(_ROUNDS):
-        long = np.flatnonzero(pending & _long(mesh, cuts, uv, size, padding))
-        if not len(long):
+        long = pending & _long(mesh, cuts, uv, size, padding)
+        if not long.any():
             break
         side = np.zeros(len(mesh.triangles), np.int64)
-        order = np.argsort(cuts.label, kind="stable")
-        starts = np.searchsorted(cuts.label[order], np.arange(cuts.count + 1))
         pending[:] = False
-        for chart in long:
-            own = np.sort(order[starts[chart] : starts[chart + 1]])
+        for chart, own in zip(*members_of(cuts, long), strict=True):
             second = divided(mesh.part(own), cuts.slit[halves_of(own)], None)
             side[own[second]] = 1
             pending[chart] = bool(second.any() and not second.all())

@@ -58,7 +58,7 @@ def good_charts(
         flat = lay_flat(part, inner, control)
         uv[chosen] = flat.uv
         side, names = np.zeros(len(mesh.triangles), np.int64), np.stack([name, name], axis=1)
-        for chart, own in zip(*_members(inner, ~fits(flat)), strict=True):
+        for chart, own in zip(*members_of(inner, ~fits(flat)), strict=True):
             whole, members = charts[chart], chosen[own]
             names[whole], side[members] = _parted(part, inner, flat, chart, own, int(name[whole]), joins, members)
         cuts, name, pending = _renumbered(mesh, cuts, side, names)
@@ -72,7 +72,7 @@ def _taken(mesh: ChartMesh, cuts: Cuts, chosen: Longs) -> tuple[ChartMesh, Cuts,
     return part, Cuts(label.ravel(), cuts.slit[halves_of(chosen)]), charts
 
 
-def _members(cuts: Cuts, wanted: Flags) -> tuple[Longs, list[Longs]]:
+def members_of(cuts: Cuts, wanted: Flags) -> tuple[Longs, list[Longs]]:
     """The wanted charts, and the triangles of each, in rising order."""
     charts = np.flatnonzero(wanted)
     chosen = np.flatnonzero(wanted[cuts.label])

@@ -109,9 +109,9 @@ def _everywhere(uv: Doubles, sound: Longs, polygon: Longs, place: Longs) -> Doub
     known, first = np.unique(key[sound], return_index=True)
     flat = uv.reshape(-1, 2)
     at = np.minimum(np.searchsorted(known, key), len(known) - 1)
-    anchor = np.searchsorted(polygon[sound][np.argsort(polygon[sound], kind="stable")], polygon)
-    first_of = np.argsort(polygon[sound], kind="stable")
-    anchored = uv[first_of[np.minimum(anchor, len(sound) - 1)], 0]
+    order = np.argsort(polygon[sound], kind="stable")
+    anchor = np.minimum(np.searchsorted(polygon[sound][order], polygon), len(sound) - 1)
+    anchored = uv[order[anchor], 0]
     everywhere = np.where((known[at] == key)[..., None], flat[first[at]], anchored[:, None])
     everywhere[sound] = uv
     return everywhere
