@@ -15,7 +15,7 @@ from PIL import Image
 from ...addon.charts.base_mesh import base_triangles
 from ...addon.charts.uv_maps import write_uv
 from ...addon.read.mesh_arrays import positions_of
-from ...addon.typed import mesh_of, pixels_in, scene_in
+from ...addon.typed import mesh_of, scene_in
 from ...core.base.arrays import Doubles, Floats, Longs
 from ...core.rays.map_spec import AO
 from ...core.texels.rasterize import rasterize
@@ -25,6 +25,7 @@ from ...tests.oracles.charts.judge import charts_of
 from ...tests.oracles.charts.polygon_mesh import PolygonMesh
 from ...tests.oracles.settings import flat_settings
 from ..bake_here import bake_here
+from ..shine import shine
 
 PANEL = 360  # pixels a side
 CHECK = 32  # texels a side of a square
@@ -95,7 +96,7 @@ def _squares(side: int) -> Doubles:
 
 def _seen(obj: bpy.types.Object, texture: Doubles) -> Doubles:
     """(PANEL, PANEL, 3): the object, with a texture (H, W, 3), row 0 at the top, that shines."""
-    _shine(obj, texture)
+    shine(obj, texture)
     scene: Any = scene_in(bpy.context)
     _look_at(scene, obj)
     scene.render.engine, scene.render.film_transparent = "CYCLES", True
@@ -131,24 +132,3 @@ def _look_at(scene: bpy.types.Scene, obj: bpy.types.Object) -> None:
     middle = np.append(0.5 * (low + high)[:2], high[2] + size)
     scene.camera = stage.add(scene, "Sheet", camera, at=tuple((axes @ middle).tolist()))
     scene.camera.rotation_euler = turn.to_euler()
-
-
-def _shine(obj: bpy.types.Object, texture: Doubles) -> None:
-    """Give the object one material that emits the texture, texel by texel."""
-    height, width, _ = texture.shape
-    image = bpy.data.images.new(obj.name, width, height, float_buffer=True, is_data=True)
-    pixels = np.ones((height, width, 4), dtype=np.float32)
-    pixels[..., :3] = texture[::-1]
-    pixels_in(image).foreach_set(pixels.ravel())
-    material: Any = bpy.data.materials.new(obj.name)
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    tree, mesh = material.node_tree, mesh_of(obj)
-    tree.nodes.clear()
-    kinds = ("ShaderNodeTexImage", "ShaderNodeEmission", "ShaderNodeOutputMaterial")
-    shown, emission, output = (tree.nodes.new(kind) for kind in kinds)
-    shown.image, shown.interpolation = image, "Closest"
-    tree.links.new(shown.outputs["Color"], emission.inputs["Color"])
-    tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
-    mesh.materials.clear()
-    mesh.materials.append(material)

@@ -10,12 +10,13 @@ import bpy
 import numpy as np
 from matplotlib import pyplot as plt
 
-from ...addon.typed import mesh_of, pixels_in, scene_in
-from ...core.base.arrays import Doubles, Floats
+from ...addon.typed import scene_in
+from ...core.base.arrays import Doubles
 from ...core.rays.map_spec import MapSpec
 from ...samples.scenes import build
 from ...tests.oracles.settings import flat_settings
 from ..bake_here import bake_here
+from ..shine import shine
 
 
 class Views:
@@ -35,29 +36,8 @@ class Views:
         """(height, width) in [0, 1]: the map baked with so many rays onto all targets; values above 1 are white."""
         settings = flat_settings((estimator,), width=texels, height=texels, rays=rays)
         for target, baked in bake_here(self._targets, settings).results:
-            _shine(bpy.data.objects[target.name], baked.maps[estimator.name].values)
+            shine(bpy.data.objects[target.name], baked.maps[estimator.name].values)
         with tempfile.TemporaryDirectory() as folder:
             self._render.filepath = str(Path(folder) / "seen.png")
             bpy.ops.render.render(write_still=True)
             return np.asarray(plt.imread(self._render.filepath), dtype=np.float64)
-
-
-def _shine(thing: bpy.types.Object, values: Floats) -> None:
-    """Give the object one material that emits the values, texel by texel."""
-    height, width = values.shape
-    image = bpy.data.images.new(thing.name, width, height, float_buffer=True, is_data=True)
-    pixels = np.ones((height, width, 4), dtype=np.float32)
-    pixels[..., :3] = np.nan_to_num(values[::-1, :, None])
-    pixels_in(image).foreach_set(pixels.ravel())
-    material: Any = bpy.data.materials.new(thing.name)
-    if bpy.app.version < (5, 0):
-        material.use_nodes = True
-    tree, mesh = material.node_tree, mesh_of(thing)
-    tree.nodes.clear()
-    kinds = ("ShaderNodeTexImage", "ShaderNodeEmission", "ShaderNodeOutputMaterial")
-    texture, emission, output = (tree.nodes.new(kind) for kind in kinds)
-    texture.image, texture.interpolation = image, "Closest"
-    tree.links.new(texture.outputs["Color"], emission.inputs["Color"])
-    tree.links.new(emission.outputs["Emission"], output.inputs["Surface"])
-    mesh.materials.clear()
-    mesh.materials.append(material)
