@@ -45,7 +45,7 @@ def _whole_polygons(mesh: ChartMesh, label: Longs) -> Longs:
 
 def _same(mesh: ChartMesh, label: Longs, locked: Flags) -> Flags:
     """(3 T,) bool: half-edges with one label on both sides."""
-    return np.asarray((mesh.twin >= 0) & ~locked & (label[mesh.across] == np.repeat(label, 3)))
+    return np.asarray((mesh.twin >= 0) & ~locked & ~mesh.between(label))
 
 
 def _pieces(mesh: ChartMesh, label: Longs, locked: Flags) -> Longs:

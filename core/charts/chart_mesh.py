@@ -59,6 +59,10 @@ class ChartMesh:
         """(3 T,) the triangle across each half-edge, or -1."""
         return np.where(self.twin >= 0, self.twin // 3, -1)
 
+    def between(self, label: Longs | Ints) -> Flags:
+        """(3 T,) bool: half-edges with another label, of labels (T,), on the other side."""
+        return np.asarray((self.twin >= 0) & (label[self.across] != np.repeat(label, 3)))
+
     def crease(self, halves: Longs) -> Doubles:
         """(n,) how good a place for a cut half-edges are: 0 on a plane, 1 at a right angle, where they are marked and
         at the end of the surface."""

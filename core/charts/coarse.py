@@ -44,4 +44,4 @@ def _carried(mesh: ChartMesh, locked: Flags, origin: Longs, coarse: ChartMesh) -
     """(3 T',) bool: half-edges of the coarse mesh between parts of the mesh that locked lines keep apart."""
     region = np.zeros(len(coarse.triangles), np.int64)
     region[origin] = triangle_groups(mesh, (mesh.twin >= 0) & ~locked)[0]
-    return np.asarray((coarse.twin >= 0) & (region[coarse.across] != np.repeat(region, 3)))
+    return coarse.between(region)

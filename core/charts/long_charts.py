@@ -7,11 +7,11 @@ import numpy as np
 from ..base.arrays import Doubles, Flags
 from ..base.triangles import uv_area_of
 from .chart_boxes import ChartBoxes
-from .chart_mesh import ChartMesh, halves_of, triangle_groups
+from .chart_mesh import ChartMesh, halves_of
 from .divide import divided
 from .flat_charts import Cuts
 from .packing import expected_scale
-from .repair import Layout, members_of
+from .repair import Layout, members_of, split
 
 # A chart may be this long, a part of the image's longer side, unless it fills so much of the square of its length: then
 # it takes the room of many, and is no longer than they would be.
@@ -35,12 +35,8 @@ def shortened(mesh: ChartMesh, layout: Layout, size: tuple[int, int], padding: i
             second = divided(mesh.part(own), cuts.slit[halves_of(own)], None)
             side[own[second]] = 1
             pending[chart] = bool(second.any() and not second.all())
-        key = 2 * cuts.label + side
-        joined = cuts.joined(mesh) & (key[mesh.across] == np.repeat(key, 3))
-        group = triangle_groups(mesh, joined, key)[0].astype(np.int64)
-        again = np.zeros(int(group.max()) + 1, np.bool_)
-        again[group] = pending[cuts.label]
-        cuts, pending = Cuts(group, cuts.slit), again
+        cuts, before, _ = split(mesh, cuts, side)
+        pending = pending[before]
     return Layout(cuts, _as_large(mesh, cuts, uv))
 
 

@@ -111,11 +111,19 @@ def _renumbered(mesh: ChartMesh, cuts: Cuts, side: Longs, names: Longs) -> tuple
 
     names: (C, 2) of a chart's two sides; a side in several pieces has none.
     """
+    whole = cuts.count
+    cuts, before, which = split(mesh, cuts, side)
+    pieces = np.bincount(before * 2 + which, minlength=2 * whole)
+    name = np.where(pieces[before * 2 + which] > 1, -1, names[before, which])
+    return cuts, name, np.bincount(before, minlength=whole)[before] > 1
+
+
+def split(mesh: ChartMesh, cuts: Cuts, side: Longs) -> tuple[Cuts, Longs, Longs]:
+    """The cuts, with each connected part of a chart's sides, (T,) from 0, as a chart; of each the chart that it was of,
+    and whether it was of the first side, 0, or another, 1."""
     key = cuts.label * (int(side.max(initial=0)) + 1) + side
-    same = (mesh.twin >= 0) & (key[mesh.across] == np.repeat(key, 3)) & ~cuts.slit
+    same = cuts.joined(mesh) & (key[mesh.across] == np.repeat(key, 3))
     group, count = triangle_groups(mesh, same, key)
     before, which = np.zeros(count, np.int64), np.zeros(count, np.int64)
     before[group], which[group] = cuts.label, np.minimum(side, 1)
-    pieces = np.bincount(before * 2 + which, minlength=2 * cuts.count)
-    name = np.where(pieces[before * 2 + which] > 1, -1, names[before, which])
-    return Cuts(group.astype(np.int64), cuts.slit), name, np.bincount(before, minlength=cuts.count)[before] > 1
+    return Cuts(group.astype(np.int64), cuts.slit), before, which

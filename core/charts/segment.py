@@ -54,7 +54,7 @@ def laid_out(mesh: ChartMesh, stages: Stages) -> Layout:
 def _locked(mesh: ChartMesh) -> Flags:
     """(3 T,) bool: marked half-edges that part one side of the surface from the other."""
     region = triangle_groups(mesh, (mesh.twin >= 0) & ~mesh.seam)[0]
-    return np.asarray((mesh.twin >= 0) & (region[mesh.across] != np.repeat(region, 3)))
+    return mesh.between(region)
 
 
 def _curved(mesh: ChartMesh, locked: Flags, stages: Stages) -> tuple[Cuts, Joins]:
