@@ -11,21 +11,18 @@ import bpy
 from ...core.base.errors import InputError
 from ...core.base.timing import Stopwatch
 from ...core.charts.figures import ChartFigures
-from ...core.finish.report import first_of
 from ...core.progress import Progress
 from ..read.blender_state import object_mode, synced
 from ..read.block_ref import BlockRef, find
 from ..read.rendered_maps import Objects, RenderedMaps, lays_out, refused_without_faces, rendered_maps
 from ..typed import library_of, mesh_of, view_layer_in
 from .chart_layout import ChartLayout, layout_steps
-from .chart_marks import ATLAS_MAP, KIND, OUR_NAMES, is_ours, mark_of, set_mark
+from .chart_marks import ATLAS_MAP, OUR_NAMES, is_ours, mark_of, set_mark
 from .chart_parts import Part, Wanted, fingerprint, parts_of
 from .chart_request import ChartRequest, layer_of
 from .chart_survival import refused_charts, refused_map
 from .shared_image import leave_room
 from .uv_maps import check_room, write_uv
-
-_NAMED = 4  # objects in a line
 
 _Steps = Generator[Callable[[], Any], Any, None]
 
@@ -59,14 +56,10 @@ def chart_steps(
         layouts = _layouts(context, {ref: found[ref] for ref in wanted}, wanted, charting)
     if charting.request.atlas and wanted:
         charting.layer = charting.request.layer
-    kept: list[BlockRef] = []
     for done, layout in enumerate(layouts):
         progress.expect(len(layouts) - done + then)
-        yield from _charts_of(context, layout, charting, kept, progress)
+        yield from _charts_of(context, layout, charting, progress)
     progress.expect(then)
-    if kept:
-        names = first_of([ref.label for ref in kept], _NAMED)
-        charting.notes.append(f"{names}: charts of an earlier release are kept; UV Map: New Charts makes better ones")
 
 
 def _wanted(context: bpy.types.Context, objects: Objects, charting: ChartJob) -> dict[BlockRef, str]:
@@ -139,36 +132,31 @@ def _fit_for_atlas(
     return fit
 
 
-def _charts_of(
-    context: bpy.types.Context, wanted: Wanted, charting: ChartJob, kept: list[BlockRef], progress: Progress
-) -> _Steps:
-    """Charts for objects of one mesh, or of an atlas; where they cannot have any, those are refused. kept: gets those
-    whose charts an earlier release has made."""
+def _charts_of(context: bpy.types.Context, wanted: Wanted, charting: ChartJob, progress: Progress) -> _Steps:
+    """Charts for objects of one mesh, or of an atlas; where they cannot have any, those are refused."""
     request, refs = charting.request, list(wanted)
     title = request.atlas or refs[0].label
     progress.enter(f"{title}: making UV charts", (0.0, 1.0))
     try:
         with charting.clock.stage(f"charts of {title}"):
             parts = _parts(context, wanted if request.atlas else {refs[0]: wanted[refs[0]]}, request)
-            kind = _standing(parts, request)
-            if kind is None and request.atlas:
+            stand = _stand(parts, request)
+            if not stand and request.atlas:
                 parts = _without_edited(context, parts, charting)
-                kind = _standing(parts, request)
-            if kind is None:
+                stand = _stand(parts, request)
+            if not stand:
                 layout = yield from _make(context, title, parts, request, progress)
     except InputError as refusal:
         charting.refused.update({ref: refusal for ref in refs if ref not in charting.refused})
         return
     refs = [ref for ref in refs if ref not in charting.refused]
-    if kind is None:
+    if not stand:
         charting.made.update(dict.fromkeys(refs, layout.figures))
         charting.notes.append(f"{title}: {_told(layout.figures, parts, request)}")
         progress.finish_object()
         return
     for part in parts:
         _prefer(context, part.mesh, request.layer)
-    if kind < KIND:
-        kept += refs
 
 
 def _parts(context: bpy.types.Context, wanted: Wanted, request: ChartRequest) -> list[Part]:
@@ -201,20 +189,13 @@ def _told(figures: ChartFigures, parts: Sequence[Part], request: ChartRequest) -
     return f"{figures.count} charts{how} in the UV map {request.layer}, {figures.in_words()}"
 
 
-def _standing(parts: Sequence[Part], request: ChartRequest) -> int | None:
-    """The kind of the charts made before, where they are to stay; None where new ones are to be made.
-
-    What an earlier release made stays until new charts are asked for. An artist may have been at them.
-    """
+def _stand(parts: Sequence[Part], request: ChartRequest) -> bool:
+    """Whether charts made before still fit. An artist may have been at them."""
     marks = [mark_of(part.mesh, request.layer) for part in parts]
-    kinds = {mark.kind for mark in marks if mark is not None}
-    if None in marks or (request.anew and kinds != {KIND}):
-        return None
-    for by_blender in request.accepted:
-        wanted = {kind: fingerprint(parts, request, by_blender=by_blender, kind=kind) for kind in kinds}
-        if all(mark and mark.made_for == f"{wanted[mark.kind]}{i}" for i, mark in enumerate(marks)):
-            return min(kinds)
-    return None
+    if None in marks:
+        return False
+    made_for = [fingerprint(parts, request, by_blender=by_blender) for by_blender in request.accepted]
+    return any(all(mark and mark.made_for == f"{each}{i}" for i, mark in enumerate(marks)) for each in made_for)
 
 
 def _make(
@@ -225,11 +206,11 @@ def _make(
         for part in parts:
             _refuse_linked(part.obj, part.ref)
             _refuse_edited(part, request.layer)
-    made_for = fingerprint(parts, request, by_blender=request.by_blender, kind=KIND)
+    made_for = fingerprint(parts, request, by_blender=request.by_blender)
     wanted = {part.ref: part.source for part in parts}
     layout = yield from layout_steps(context, title, parts, request, progress)
     again = _parts(context, wanted, request)  # the artist, or an undo, may have been at it
-    if fingerprint(again, request, by_blender=request.by_blender, kind=KIND) != made_for:
+    if fingerprint(again, request, by_blender=request.by_blender) != made_for:
         raise InputError(f"{title}: it was changed while its charts were made; start again")
     with object_mode(context):
         for part in again:

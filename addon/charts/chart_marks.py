@@ -1,8 +1,7 @@
 """Marks on meshes: which of their UV maps are ours, what those were made for, and whether an artist has been at them.
 
 A map is ours as long as it has one of our names, a mark, and the UVs that we gave it. Where faces have been added or
-removed since, those that are in the place where they were then tell: an edit of the mesh leaves their UVs alone. Marks
-of releases before the second kind of charts say nothing of UVs; their maps count as ours.
+removed since, those that are in the place where they were then tell: an edit of the mesh leaves their UVs alone.
 """
 
 from __future__ import annotations
@@ -23,41 +22,35 @@ from ..typed import found_in
 
 CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"
 OUR_NAMES = (CHART_MAP, ATLAS_MAP)
-KIND = 2  # of the charts that are made of a mesh, one up where a release makes others of it; 1: those without a number
 _KEYS = {CHART_MAP: "occlusion_bake_charts", ATLAS_MAP: "occlusion_bake_atlas"}  # custom properties of meshes
 _WITNESSES = 1024  # triangles that are kept to tell an edit of the UVs from one of the mesh
 
 
 @dataclass(frozen=True)
 class Mark:
-    """What a UV map was made for, and how it was left. made_for: a fingerprint of what charts depend on. kind: of the
-    charts. source: the UV map whose charts were laid out anew, where some were. mesh, uv: fingerprints of its corners
-    and of its UVs, empty where they are not known."""
+    """What a UV map was made for, and how it was left. made_for: a fingerprint of what charts depend on. source: the UV
+    map whose charts were laid out anew, empty for none. mesh, uv: fingerprints of its corners and of its UVs."""
 
     made_for: str
-    kind: int = KIND
-    source: str = ""
-    mesh: str = ""
-    uv: str = ""
+    source: str
+    mesh: str
+    uv: str
 
 
 def mark_of(mesh: bpy.types.Mesh, layer: str) -> Mark | None:
     """That of a map of one of our names; None where the mesh has no such map, or we did not make it."""
-    text: Any = mesh.get(_KEYS[layer])
-    if not isinstance(text, str) or layer not in mesh.uv_layers:
+    if layer not in mesh.uv_layers:
         return None
-    if not text.startswith("{"):
-        return Mark(text, kind=1)
     try:
-        return Mark(**json_object(text))
-    except TypeError:  # of a later release
+        return Mark(**json_object(mesh.get(_KEYS[layer])))
+    except TypeError:  # there is none, or it is not as we write them
         return None
 
 
 def set_mark(mesh: bpy.types.Mesh, layer: str, made_for: str, source: str = "") -> None:
     """A map has just been made, of what this fingerprint tells."""
     uv = _uv_of(mesh, layer)
-    mark = Mark(made_for, KIND, source, _mesh_fingerprint(mesh), _fingerprint(uv))
+    mark = Mark(made_for, source, _mesh_fingerprint(mesh), _fingerprint(uv))
     _store(mesh, _KEYS[layer], json.dumps(asdict(mark)))
     _store(mesh, _witness_key(layer), _witnesses(mesh, uv).view(np.int32).ravel())
 
@@ -68,8 +61,6 @@ def is_ours(mesh: bpy.types.Mesh, layer: str) -> bool:
     mark = mark_of(mesh, layer) if layer in OUR_NAMES else None
     if mark is None:
         return False
-    if not mark.uv:
-        return True
     uv = _uv_of(mesh, layer)
     if mark.mesh == _mesh_fingerprint(mesh):
         return mark.uv == _fingerprint(uv)

@@ -82,16 +82,15 @@ def seams_of(parts: Sequence[Part]) -> Flags | None:
     )
 
 
-def fingerprint(parts: Sequence[Part], request: ChartRequest, *, by_blender: bool, kind: int) -> str:
-    """Of all that charts of a kind (`chart_marks.KIND`) depend on. What came with the second kind is left out of the
-    first, and says nothing where it is not there."""
+def fingerprint(parts: Sequence[Part], request: ChartRequest, *, by_blender: bool) -> str:
+    """Of all that charts depend on; what is not there says nothing."""
     digest = hashlib.blake2b(repr((request.size, SMART) if by_blender else request.size).encode(), digest_size=16)
     for part in parts:
         for array in (part.vertices, part.base.triangles, part.base.polygons):
             digest.update(array.tobytes())
-        if kind > 1 and part.base.seams is not None:
+        if part.base.seams is not None:
             digest.update(part.base.seams.tobytes())
-        if kind > 1 and part.own is not None:
+        if part.own is not None:
             digest.update(request.udim.value.encode() + part.own.tobytes())
     return digest.hexdigest()
 
