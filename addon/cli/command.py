@@ -190,7 +190,7 @@ def _chosen(context: Any, options: Any, settings: Settings) -> BakeJob:
         pairing.highs,
         Layout(
             options.atlas or "",
-            Udim.STACKED if options.into else Udim(options.udim),
+            Udim.STACKED if options.into and not options.atlas else Udim(options.udim),
             options.color_attributes is not None,
         ),
     )

@@ -137,7 +137,7 @@ def _request(pairing: Pairing, panel: dict[str, Any], occluding: OccluderFilter,
         {"CHARTS": CHARTS, "SMART": SMART}.get(chosen.uv),
         occluding,
         pairing.highs,
-        Layout(atlas, Udim.STACKED if chosen.output == CHANNEL else Udim[chosen.udim], corners),
+        Layout(atlas, Udim.STACKED if chosen.output == CHANNEL and not atlas else Udim[chosen.udim], corners),
     )
     depth, kind = int(chosen.depth), chosen.format.lower()
     into = BlockRef(image.session_uid, image.name) if image is not None else None

@@ -42,6 +42,12 @@ def _is(name: str, *values: str) -> Any:
     return lambda chosen: getattr(chosen, name).lower() in values
 
 
+def _may_have_tiles(chosen: Chosen) -> bool:
+    """A channel takes the first tile of an object, as it has no other; in an atlas charts of all tiles have room."""
+    kept = (PACKED, SAVED, CHANNEL) if chosen.layout.lower() == ATLAS else (PACKED, SAVED)
+    return bool(_is("output", *kept)(chosen))
+
+
 def _exponents(chosen: Chosen) -> list[float]:
     text = chosen.exponents
     try:
@@ -580,7 +586,7 @@ _WHERE = (
             "What UVs beyond the unit square are",
             "output",
             10,
-            shown=_is("output", PACKED, SAVED),
+            shown=_may_have_tiles,
         ),
     ),
     Option(

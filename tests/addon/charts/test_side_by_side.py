@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.chart_marks import ATLAS_MAP  # noqa: E402
+from occlusion_bake.core.finish.image_file import write_image  # noqa: E402
 from occlusion_bake.core.texels.rasterize import rasterize  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.blender import bake_onto, set_panel  # noqa: E402
@@ -192,3 +194,26 @@ def test_the_command_lays_them_out_and_reports_it(bake: Any) -> None:
     assert "scene_charts.blend" in run.files
     left = bake("--atlas", "Set", "--udim", "stacked")
     assert "charts" not in left.report["objects"][0] and left.report["objects"][0]["overlapped"] > 0
+
+
+def test_a_channel_of_an_image_lays_them_out_too() -> None:
+    """Unless UDIM says that maps are taken as they are."""
+    one, two = blender.plane("One"), blender.plane("Two", location=(5, 0, 0))
+    orm = bpy.data.images.new("ORM", 64, 64, is_data=True)
+    set_panel(output="CHANNEL", image=orm, channel="R", udim="STACKED")
+    bake_onto("One", "Two")
+    assert "objects overlap one another" in said() and ATLAS_MAP not in one.data.uv_layers
+    set_panel(udim="AUTO")
+    bake_onto("One", "Two")
+    assert "Set: 2 charts, those of their own UV maps side by side" in said()
+    assert not (texels(one) & texels(two)).any()
+
+
+def test_the_command_lays_them_out_in_a_channel(bake: Any, tmp_path: Path) -> None:
+    orm = tmp_path / "orm.png"
+    write_image(orm, np.zeros((64, 64, 3), np.float32), depth=8)
+    blender.plane("One")
+    blender.plane("Two", location=(5, 0, 0))
+    run = bake("--atlas", "Set", "--into", f"{orm}:R")
+    assert (run.status, run.err) == (0, "")
+    assert run.report["objects"][0]["charts"]["count"] == 2
