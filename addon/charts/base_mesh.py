@@ -41,18 +41,29 @@ def base_triangles(context: bpy.types.Context, obj: bpy.types.Object) -> BaseTri
 def _seams_of(mesh: bpy.types.Mesh, loops: Ints, triangles: Ints) -> Flags | None:
     """(T, 3) bool: triangles' edges that the artist marked; None where there are none. Those within a polygon never
     are, nor those that are sharp only as their faces are flat."""
-    marked, sharp = _marked(mesh, "uv_seam", ".uv_seam"), _marked(mesh, "sharp_edge")
-    if not sharp.all():  # as some importers leave it, which says no more than that the faces are flat
-        marked |= sharp
-    if not marked.any():
+    seams, sharp = _marked(mesh, "uv_seam", ".uv_seam"), _marked(mesh, "sharp_edge")
+    if not len(loops) or not (seams | sharp).any():
         return None
     edges, ends = _edges_of(mesh)
+    marked = seams | _not_merely_flat(mesh, edges, sharp)
     found = np.zeros(loops.shape, np.bool_)
     for corners in (loops, loops[:, [1, 2, 0]]):  # an edge is that of the corner where it begins in the polygon
         chosen = np.nonzero(marked[edges[corners]])
         here = np.stack([triangles[chosen], triangles[:, [1, 2, 0]][chosen]], axis=1)
         found[chosen] |= (np.sort(here, axis=1) == ends[edges[corners[chosen]]]).all(axis=1)
     return found if found.any() else None
+
+
+def _not_merely_flat(mesh: bpy.types.Mesh, edges: Ints, sharp: Flags) -> Flags:
+    """(E,) bool: the sharp edges of polygons that have others, too. Importers leave all edges of a flat face sharp,
+    which says no more than that it is flat. edges: (L,) that which begins at each corner."""
+    counts = np.empty(len(mesh.polygons), np.int32)
+    mesh.polygons.foreach_get("loop_total", counts)
+    polygon = np.repeat(np.arange(len(counts)), counts)
+    smooth = np.bincount(polygon, ~sharp[edges], len(counts)) > 0.0
+    found = np.zeros_like(sharp)
+    found[edges[smooth[polygon]]] = True
+    return found & sharp
 
 
 def _marked(mesh: bpy.types.Mesh, *names: str) -> Flags:

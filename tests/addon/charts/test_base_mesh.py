@@ -76,6 +76,18 @@ def test_where_every_edge_is_sharp_none_is_marked() -> None:
     assert marked(mesh) == {(1, 4), (4, 1)}
 
 
+def test_flat_faces_beside_others_are_no_more_than_flat() -> None:
+    """An import of flat faces joined with what is smooth, or with a loose edge: marked is where they meet."""
+    mesh = strip()
+    for each in mesh.edges:
+        each.use_edge_sharp = set(each.vertices) != {5, 6}
+    assert marked(mesh) == {(1, 4), (4, 1), (4, 6), (6, 4), (1, 2), (2, 5)}  # not 3 to 4, between two that are flat
+    edge(mesh, 5, 6).use_edge_sharp = True
+    mesh.edges.add(1)
+    mesh.edges[-1].vertices = (0, 6)
+    assert marked(mesh) == set()
+
+
 def test_seams_of_an_edit_in_progress() -> None:
     mesh = strip()
     blender.select(bpy.data.objects["Strip"])
@@ -87,5 +99,7 @@ def test_seams_of_an_edit_in_progress() -> None:
 
 def test_a_mesh_without_faces() -> None:
     points = blender.mesh("Points", ((0, 0, 0), (1, 0, 0)), ())
+    points.data.edges.add(1)
+    points.data.edges[0].vertices, points.data.edges[0].use_seam = (0, 1), True
     base = base_triangles(bpy.context, points)
     assert base.seams is None and base.triangles.shape == (0, 3)
