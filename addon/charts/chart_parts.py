@@ -121,6 +121,7 @@ def _stretch_of(name: str, obj: bpy.types.Object) -> Doubles:
         raise InputError(f"{name}: its transform is not finite; clear the rotation or scale that is not")
     squares, axes = np.linalg.eigh(linear.T @ linear)
     stretch = (axes * np.sqrt(np.maximum(squares, 0.0))) @ axes.T
-    step = _ROUNDED * max(float(np.abs(stretch).max()), 1e-300)
+    # A power of two, or the step would have the noise of the number that it is a share of.
+    step = 2.0 ** np.floor(np.log2(_ROUNDED * max(float(np.abs(stretch).max()), 1e-300)))
     rounded: Doubles = np.rint(stretch / step) * step
     return rounded

@@ -156,9 +156,12 @@ def test_from_single_images_to_an_atlas_and_back(settings: Any) -> None:
     np.testing.assert_array_equal(layout(objects[0], CHART_MAP), layout(objects[1], CHART_MAP))
 
 
-def test_turning_an_object_keeps_the_charts(settings: Any) -> None:
-    objects = [blender.bare_cube("One"), blender.bare_cube("Two", location=(5, 0, 0))]
-    objects[0].scale = (1, 2, 3)
+@pytest.mark.parametrize("scale", [(1, 2, 3), (1.7, 1.7, 1.7), (0.3, 1.7, 5.1)])
+def test_turning_an_object_keeps_the_charts(settings: Any, scale: Any) -> None:
+    """Its matrix then has other roundings, which those who are many among its vertices would show."""
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4, calc_uvs=False)
+    objects = [bpy.context.object, blender.bare_cube("Two", location=(5, 0, 0))]
+    objects[0].name, objects[0].scale = "One", scale
     bpy.context.view_layer.update()
     settings(layout="ATLAS")
     bake_onto("One", "Two")
