@@ -1,7 +1,8 @@
 """Marks on meshes: which of their UV maps are ours, what those were made for, and whether an artist has been at them.
 
 A map is ours as long as it has one of our names, a mark, and the UVs that we gave it. Where faces have been added or
-removed since, those that are in the place where they were then tell: an edit of the mesh leaves their UVs alone.
+removed since, those that are in the place where they were then tell: an edit of the mesh leaves their UVs alone. Where
+none is, nothing tells, and the map counts as the artist's.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 
-from ...core.base.arrays import Floats, Ints
+from ...core.base.arrays import Floats
 from ...core.base.foreign_text import json_object
 from ..materials.mesh_layers import values_of
 from ..read.mesh_arrays import corners_of, polygons_of, positions_of, vertices_of
@@ -23,7 +24,7 @@ from ..typed import found_in
 CHART_MAP, ATLAS_MAP = "Occlusion Bake", "Occlusion Bake Atlas"
 OUR_NAMES = (CHART_MAP, ATLAS_MAP)
 _KEYS = {CHART_MAP: "occlusion_bake_charts", ATLAS_MAP: "occlusion_bake_atlas"}  # custom properties of meshes
-_WITNESSES = 1024  # triangles that are kept to tell an edit of the UVs from one of the mesh
+_OF_UV = np.uint64((1 << 20) - 1)  # the bits of a witness that tell of a triangle's UVs
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ def set_mark(mesh: bpy.types.Mesh, layer: str, made_for: str, source: str = "") 
     uv = _uv_of(mesh, layer)
     mark = Mark(made_for, source, _mesh_fingerprint(mesh), _fingerprint(uv))
     _store(mesh, _KEYS[layer], json.dumps(asdict(mark)))
-    _store(mesh, _witness_key(layer), _witnesses(mesh, uv).view(np.int32).ravel())
+    _store(mesh, _witness_key(layer), _witnesses(mesh, uv).view(np.int32))
 
 
 def is_ours(mesh: bpy.types.Mesh, layer: str) -> bool:
@@ -64,7 +65,7 @@ def is_ours(mesh: bpy.types.Mesh, layer: str) -> bool:
     uv = _uv_of(mesh, layer)
     if mark.mesh == _mesh_fingerprint(mesh):
         return mark.uv == _fingerprint(uv)
-    return not _contradicted(mesh, uv, layer)
+    return _vouched_for(mesh, uv, layer)
 
 
 @dataclass(frozen=True)
@@ -121,16 +122,6 @@ def _mesh_fingerprint(mesh: bpy.types.Mesh) -> str:
     return _fingerprint(vertices_of(mesh, np.arange(len(mesh.loops), dtype=np.int32)), polygons_of(mesh))
 
 
-def _places(mesh: bpy.types.Mesh, corners: Ints) -> Floats:
-    """Where corners are, three numbers each; -0 is 0."""
-    return positions_of(mesh)[vertices_of(mesh, corners)] + np.float32(0.0)
-
-
-def _hashed_triangles(mesh: bpy.types.Mesh, uv: Floats, corners: Ints) -> Any:
-    """(n, 2) uint64: hashes of where triangles, corners (n, 3), are, and of their UVs."""
-    return np.stack([_hashed(_places(mesh, corners)), _hashed(uv[corners])], axis=1)
-
-
 def _hashed(values: Floats) -> Any:
     """(n,) uint64 of float32 (n, …)."""
     words = np.ascontiguousarray(values).view(np.uint32).reshape(len(values), -1)
@@ -142,18 +133,15 @@ def _hashed(values: Floats) -> Any:
 
 
 def _witnesses(mesh: bpy.types.Mesh, uv: Floats) -> Any:
-    """(n, 2) uint64: some triangles, as good as drawn by chance: all with a first corner in one place, or none."""
+    """(T,) uint64: of each triangle a hash of where it is, the lower bits one of its UVs."""
     corners = corners_of(mesh)
-    if len(corners) > _WITNESSES:
-        drawn = _hashed(_places(mesh, corners[:, 0]))
-        corners = corners[drawn < np.partition(drawn, _WITNESSES)[_WITNESSES]]
-    return _hashed_triangles(mesh, uv, corners)
+    places = positions_of(mesh)[vertices_of(mesh, corners)] + np.float32(0.0)  # -0 is 0
+    return (_hashed(places) & ~_OF_UV) | (_hashed(uv[corners]) & _OF_UV)
 
 
-def _contradicted(mesh: bpy.types.Mesh, uv: Floats, layer: str) -> bool:
-    """Whether a triangle is in the place of one that is known, with UVs that none had there."""
-    known = np.array(mesh.get(_witness_key(layer), ()), np.int32).view(np.uint64).reshape(-1, 2)
-    now = _hashed_triangles(mesh, uv, corners_of(mesh))
-    now = now[np.isin(now[:, 0], known[:, 0])]
-    pairs = {tuple(pair) for pair in known.tolist()}
-    return any(tuple(pair) not in pairs for pair in now.tolist())
+def _vouched_for(mesh: bpy.types.Mesh, uv: Floats, layer: str) -> bool:
+    """Whether there are triangles where some were, and all of them have the UVs that those had."""
+    known = np.array(mesh.get(_witness_key(layer), ()), np.int32).view(np.uint64)
+    now = _witnesses(mesh, uv)
+    same = np.isin(now, known)
+    return bool(same.any()) and not np.isin(now[~same] & ~_OF_UV, known & ~_OF_UV).any()

@@ -10,7 +10,7 @@ import pytest
 
 bpy = pytest.importorskip("bpy")
 
-from occlusion_bake.addon.charts.chart_marks import ATLAS_MAP, CHART_MAP, is_ours, mark_of  # noqa: E402
+from occlusion_bake.addon.charts.chart_marks import ATLAS_MAP, CHART_MAP, is_ours, mark_of, set_mark  # noqa: E402
 from occlusion_bake.addon.charts.rollback import chart_rollback  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.blender import bake_onto, press, select, set_panel  # noqa: E402
@@ -112,6 +112,38 @@ def test_an_edited_map_is_the_artists_whatever_becomes_of_the_mesh(edit: Callabl
     with pytest.raises(RuntimeError, match=rf"Bare: new charts would take the place of its UV map {CHART_MAP}.*rename"):
         bake_onto("Bare")
     assert uvs(obj) == before and names(obj) == [CHART_MAP]
+
+
+def subdivide(obj: Any) -> None:
+    in_edit_mode(obj, bpy.ops.mesh.subdivide)
+
+
+def move_and_extrude(obj: Any) -> None:
+    in_edit_mode(obj, lambda: bpy.ops.transform.translate(value=(3, 0, 0)))
+    extrude_a_face(obj)
+
+
+@pytest.mark.parametrize("edit", [subdivide, move_and_extrude])
+def test_where_no_face_is_where_it_was_the_map_is_the_artists(edit: Callable[[Any], None]) -> None:
+    """None is left to tell whether its UVs were edited."""
+    obj = charted()
+    edit(obj)
+    move_a_face(obj)
+    assert not is_ours(obj.data, CHART_MAP)
+    before = uvs(obj)
+    assert bake_onto("Bare") == {"FINISHED"}
+    assert "charts in the UV map" not in said() and uvs(obj) == before
+
+
+def test_a_face_among_many_is_known() -> None:
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=100, y_subdivisions=100, calc_uvs=False)
+    obj = bpy.context.object
+    obj.data.uv_layers.new(name=CHART_MAP)
+    set_mark(obj.data, CHART_MAP, "made for something")
+    extrude_a_face(obj)
+    assert is_ours(obj.data, CHART_MAP)
+    obj.data.uv_layers[CHART_MAP].uv[4 * 5000].vector.x += 0.01
+    assert not is_ours(obj.data, CHART_MAP)
 
 
 def test_charts_that_fit_stay_with_an_artists_touch() -> None:
