@@ -14,6 +14,7 @@ import signal
 import subprocess
 import sys
 import time
+import traceback
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from ..base.errors import InputError, NoUnwrapper
+from ..base.foreign_text import one_line
 from .stages import Tell
 
 PERIOD = 0.05  # seconds between two looks at whether to go on, and the least between two words of the child
@@ -41,9 +43,9 @@ importlib.import_module(package + ".core.charts.unwrap_process").answer()
 """
 
 # What the child says, each in a pair with what belongs to it: a share and a stage; what it was asked for; the
-# InputError's line; why it makes none.
+# InputError's line; why it makes none, and a traceback.
 _REACHED, _DONE, _REFUSED, _UNABLE = "reached", "done", "refused", "unable"
-_TOO_LITTLE = "there is too little memory to make them"
+TOO_LITTLE = "there is too little memory to make them"
 _CRASHED = 0x80000000  # on Windows: the first of the statuses of processes that crashed
 _COMPLAINT = 1 << 16  # bytes that are kept of what it writes to stderr, from the end
 
@@ -57,14 +59,15 @@ def ask(name: str, question: Any, progress: Tell) -> Any:
 
     Other threads run meanwhile. `progress` is called every 0.05 s in the calling thread with the share and stage that
     the child has told last; once it raises (Cancelled), the child is killed. Raises InputError as the child does;
-    NoUnwrapper, naming `name`, where it is killed, crashes or lacks memory, as this process might; NoAnswer where none
-    can be asked: no Python of this release is found, a sandbox forbids it, that Python cannot load numpy.
+    NoUnwrapper, naming `name`, where it is killed, crashes, lacks memory or has a fault of ours, as this process might,
+    with its traceback in a note; NoAnswer where none can be asked: no Python of this release is found, a sandbox forbids
+    it, that Python cannot load numpy.
     """
     try:
         return _asked(name, question, progress)
     except OSError as error:
         if error.errno == errno.ENOMEM:
-            raise NoUnwrapper(name, _TOO_LITTLE) from error
+            raise NoUnwrapper(name, TOO_LITTLE) from error
         raise NoAnswer(str(error)) from error
 
 
@@ -79,10 +82,12 @@ def answer(do: Callable[[Any, Tell], Any]) -> None:
         reply: tuple[str, Any]
         try:
             reply = _DONE, do(pickle.load(sys.stdin.buffer), _Word(out))
-        except MemoryError:
-            reply = _UNABLE, _TOO_LITTLE
         except InputError as error:
             reply = _REFUSED, str(error)
+        except Exception as error:
+            fault = one_line(f"{type(error).__name__}: {error}")
+            why = TOO_LITTLE if isinstance(error, MemoryError) else f"the making of them broke down ({fault})"
+            reply = _UNABLE, (why, traceback.format_exc())
         pickle.dump(reply, out, protocol=5)
 
 
@@ -141,11 +146,11 @@ def _asked(name: str, question: Any, progress: Tell) -> Any:
                 talk.wait_for_end(child)
         finally:
             child.kill()  # does nothing to one that has ended
-    if talk.reply is not None:
-        return _read(name, talk.reply)
     for error in (sent.exception(), heard.exception()):
         if isinstance(error, MemoryError):
-            raise NoUnwrapper(name, _TOO_LITTLE) from error
+            raise NoUnwrapper(name, TOO_LITTLE) from error
+    if talk.reply is not None:
+        return _read(name, talk.reply)
     if (end := _violent_end(child.returncode)) is not None:
         time.sleep(PERIOD)  # a Ctrl-C goes to both, and need not have been heard here
         talk.pass_on()
@@ -215,5 +220,8 @@ def _read(name: str, reply: tuple[str, Any]) -> Any:
     if became == _REFUSED:
         raise InputError(content)
     if became == _UNABLE:
-        raise NoUnwrapper(name, content)
+        why, trace = content
+        error = NoUnwrapper(name, why)
+        error.add_note(trace)
+        raise error
     return content

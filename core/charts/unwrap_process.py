@@ -8,8 +8,9 @@ from functools import partial
 from typing import Any, TypeVar
 
 from ..base.arrays import Flags, Floats, Ints
+from ..base.errors import NoUnwrapper
 from . import child_process
-from .child_process import BEGINNING, NoAnswer
+from .child_process import BEGINNING, TOO_LITTLE, NoAnswer
 from .existing import ExistingCharts, SideBySide, side_by_side
 from .stages import Tell
 from .stretch import Stretch
@@ -85,6 +86,8 @@ def _apart(
     progress(0.0, BEGINNING)  # the same Ctrl-C may have ended the child
     try:
         return here(progress=progress)
+    except MemoryError as error:
+        raise NoUnwrapper(name, TOO_LITTLE) from error
     except Exception as error:
         error.add_note(why)
         raise

@@ -339,12 +339,31 @@ def test_fallback(kind: str, monkeypatch: pytest.MonkeyPatch, children: list[Any
         ("os.kill(os.getpid(), signal.SIGKILL)", "out of memory"),
         ("os.abort()", "ended"),
         ("raise MemoryError", "memory"),
+        ("raise IndexError('out of bounds\\nby 1')", r"broke down \(IndexError: out of bounds\)"),
     ],
 )
 def test_what_ends_the_child_does_not_happen_here(end: str, cause: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(child_process, "_BOOT", instead(end))
     with pytest.raises(NoUnwrapper, match=f"^Suzanne: .*{cause}.*--uv smart"):
         unwrap_in_process("Suzanne", *cube(), *SETTINGS, progress=quietly)
+
+
+@pytest.mark.usefixtures("only_apart")
+def test_a_fault_in_the_child_is_told_in_a_note(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(child_process, "_BOOT", instead("raise IndexError('out of bounds')"))
+    with pytest.raises(NoUnwrapper) as caught:
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
+    assert "Traceback" in caught.value.__notes__[0] and "raise IndexError" not in str(caught.value)
+
+
+def test_too_little_memory_here_is_no_fault_either(monkeypatch: pytest.MonkeyPatch) -> None:
+    def here(*_: Any, **__: Any) -> Charts:
+        raise MemoryError
+
+    monkeypatch.setattr(child_process, "_interpreter", no_interpreter)
+    monkeypatch.setattr(unwrap_process, "unwrap", here)
+    with pytest.raises(NoUnwrapper, match="memory"):
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
 
 
 @pytest.mark.usefixtures("only_apart")
