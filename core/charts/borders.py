@@ -22,8 +22,8 @@ def settled(mesh: ChartMesh, label: Longs, locked: Flags, control: api.Control |
     """(T,) the charts, from 0, that labels (T,) come nearest to.
 
     locked: (3 T,) bool, half-edges over which no chart may go. Polygons get the label that holds most of them; scraps
-    go to their neighbours; then polygons change sides one by one as long as the borders become shorter, those along
-    creases counting less. Whatever is in several pieces in the end becomes several charts.
+    go to their neighbours; labels flow to and fro over borders until those are smooth; then polygons change sides one by
+    one where that makes borders shorter still, those along creases counting less. Whatever is in several pieces in the end becomes several charts.
     """
     label = _whole_polygons(mesh, label)
     links = _Links.of(mesh, locked)
@@ -95,7 +95,7 @@ class _Links:
         return _Links(mesh, inner[between], here[between], there[between])
 
     def shortened(self, label: Longs, control: api.Control | None) -> Longs:
-        """(T,) labels whose borders are smooth, and short: no polygon could change sides and make them shorter."""
+        """(T,) labels whose borders are smooth, and short: few polygons could change sides and make them shorter."""
         of_polygon = np.empty(int(self.mesh.polygon.max()) + 1, np.int64)
         of_polygon[self.mesh.polygon] = label
         area = np.bincount(self.mesh.polygon, self.mesh.area)

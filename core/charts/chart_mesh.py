@@ -102,7 +102,7 @@ def connected(points: Doubles, triangles: Longs, polygon: Longs, seams: Flags | 
     twin = np.full(3 * len(triangles), -1, np.int64)
     _pair(twin, triangles, polygon)
     place = places(points)
-    if place.max(initial=-1) + 1 < len(points) or (twin < 0).any():
+    if place.max(initial=-1) + 1 < len(points) and (twin < 0).any():
         _pair(twin, place[triangles], polygon)
     marked = np.zeros(len(twin), np.bool_) if seams is None else seams.ravel().copy()
     inner = twin >= 0

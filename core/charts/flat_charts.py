@@ -37,8 +37,7 @@ class Cuts:
 
     def joined(self, mesh: ChartMesh) -> Flags:
         """(3 T,) bool: half-edges over which a chart goes on."""
-        inner = mesh.twin >= 0
-        return np.asarray(inner & (self.label[mesh.across] == np.repeat(self.label, 3)) & ~self.slit)
+        return np.asarray((mesh.twin >= 0) & ~mesh.between(self.label) & ~self.slit)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,13 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..base.arrays import Doubles, Flags, Longs
+from ..base.arrays import Flags, Longs
 from ..base.kernel_api import Control
-from .chart_mesh import ChartMesh, components, corner_classes, following, halves_of
+from .chart_mesh import ChartMesh, halves_of
 from .flat_charts import Cuts, FlatCharts, lay_flat
+from .shared_borders import JoinedCharts, SharedBorders
 
 _LEAST_SHARE = 0.15  # of the shorter border: charts that touch along less stay two
-_ROUNDS = 200  # of joining; each joins many pairs that do not touch one another
 
 
 @dataclass
@@ -54,92 +54,6 @@ class Tree:
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class Borders:
-    """What pairs of charts share: for each pair the longest stretch of common border.
-
-    pair: (n, 2) charts, lower first. length: (n,); of it, smooth: (n,) what does not run along creases. perimeter: (C,)
-    of the charts. halves, owner: half-edges of the stretches, on the side of the first, and the pair of each.
-    """
-
-    pair: Longs
-    length: Doubles
-    smooth: Doubles
-    perimeter: Doubles
-    halves: Longs
-    owner: Longs
-
-    @staticmethod
-    def of(mesh: ChartMesh, cuts: Cuts, locked: Flags) -> Borders:
-        near, chosen = _beside_borders(mesh, cuts)
-        label = cuts.label[chosen]
-        halves = halves_of(chosen)
-        joined = Cuts(label, cuts.slit[halves]).joined(near)
-        vertex = corner_classes(near.twin, joined)[0]
-        here = np.repeat(label, 3)
-        rim = ~(joined | cuts.joined(mesh)[halves])
-        perimeter: Doubles = np.bincount(here[rim], near.lengths[rim], cuts.count).astype(np.float64)
-        half = np.flatnonzero((near.twin >= 0) & ~locked[halves] & (here < label[near.across]))
-        back = near.twin[half]
-        key = here[half] * cuts.count + here[back]
-        names, pair = np.unique(key, return_inverse=True)
-        pair = pair.ravel()
-        # A stretch goes on where both charts go on: at one vertex of the one and one of the other.
-        starts = np.stack([pair, vertex[half], vertex[following(back)]])
-        ends = np.stack([pair, vertex[following(half)], vertex[back]])
-        node = np.unique(np.concatenate([starts, ends], axis=1), axis=1, return_inverse=True)[1].ravel()
-        at = np.arange(len(half))
-        stretch = components(len(half) + len(node), np.concatenate([at, at]), len(half) + node)[0][: len(half)].astype(
-            np.int64
-        )
-        total = np.bincount(stretch, near.lengths[half])
-        smooth = np.bincount(stretch, near.lengths[half] * (1.0 - near.crease(half)))
-        owner = np.zeros(len(total), np.int64)
-        owner[stretch] = pair
-        order = np.lexsort((-np.arange(len(total)), total))
-        order = order[total[order] > 0.0]
-        longest = np.full(len(names), -1)
-        longest[owner[order]] = order  # the last that is written stays
-        kept = np.flatnonzero(longest[pair] == stretch)
-        some = np.flatnonzero(longest >= 0)
-        return Borders(
-            np.stack([names // cuts.count, names % cuts.count], axis=1)[some],
-            total[longest[some]],
-            smooth[longest[some]],
-            perimeter,
-            halves[half[kept]],
-            np.searchsorted(some, pair[kept]),
-        )
-
-    def joined(self, mesh: ChartMesh, cuts: Cuts, chosen: Longs, names: Longs) -> Cuts:
-        """The cuts without these stretches; the charts of pair chosen[i] get the label names[i]. No chart is in two."""
-        slit = cuts.slit.copy()
-        to = np.arange(max(cuts.count, int(names.max(initial=-1)) + 1))
-        to[self.pair[chosen].ravel()] = np.repeat(names, 2)
-        label = to[cuts.label]
-        shared = np.flatnonzero(mesh.twin >= 0)
-        shared = shared[
-            (label[shared // 3] == label[mesh.across[shared]])
-            & (cuts.label[shared // 3] != cuts.label[mesh.across[shared]])
-        ]
-        slit[shared] = True
-        opened = self.halves[np.isin(self.owner, chosen)]
-        slit[opened] = slit[mesh.twin[opened]] = False
-        return Cuts(label, slit)
-
-
-def _beside_borders(mesh: ChartMesh, cuts: Cuts) -> tuple[ChartMesh, Longs]:
-    """The triangles with a corner on the border of a chart, as a mesh, and their numbers: all that meet there are in
-    it, so that charts go on round a corner in it as they do in the whole mesh."""
-    rim = ~cuts.joined(mesh)
-    on_rim = np.zeros(len(mesh.points), np.bool_)
-    corner = np.flatnonzero(rim)
-    on_rim[mesh.triangles.ravel()[corner]] = True
-    on_rim[mesh.triangles.ravel()[following(corner)]] = True
-    chosen = np.flatnonzero(on_rim[mesh.triangles].any(axis=1))
-    return mesh.part(chosen), chosen
-
-
 def joined(
     mesh: ChartMesh,
     label: Longs,
@@ -150,35 +64,26 @@ def joined(
     """Join charts (T,), from 0, with their neighbours as long as what comes of it `fits`. Raises Cancelled.
 
     locked: (3 T,) bool, half-edges over which no charts are joined. Pairs that share the most of their borders come
-    first.
+    first, many at a time that do not touch one another.
     """
-    tree = Tree(int(label.max()) + 1)
-    cuts = Cuts(label, np.zeros(len(mesh.twin), np.bool_))
+    charts = JoinedCharts.of(mesh, label, locked)
+    borders = SharedBorders.of(charts)
+    tree = Tree(len(charts.chart))
     name = np.arange(tree.leaves)  # of the tree, of each chart
     refused: set[tuple[int, int]] = set()
-    for _ in range(_ROUNDS):
-        borders = Borders.of(mesh, cuts, locked)
-        chosen = _matching(borders, name, refused)
-        if not len(chosen):
-            return tree
-        tried = borders.joined(mesh, cuts, chosen, borders.pair[chosen, 0])
-        good = _fitting(mesh, tried, borders.pair[chosen, 0], fits, control)
+    while len(chosen := _matching(borders, name, refused)):
+        tried = charts.joined(borders, chosen)
+        good = _fitting(mesh, tried.cuts, borders.pair[chosen, 0], fits, control)
         refused.update((int(a), int(b)) for a, b in name[borders.pair[chosen[~good]]])
-        chosen = chosen[good]
-        if not len(chosen):
+        if not good.any():
             continue
-        cuts = borders.joined(mesh, cuts, chosen, borders.pair[chosen, 0])
-        made = tree.leaves + len(tree.children) + np.arange(len(chosen))
-        tree.join([(int(a), int(b)) for a, b in name[borders.pair[chosen]]])
-        name[borders.pair[chosen, 0]] = made
-        cuts, name = _renumbered(cuts, name)
+        charts = tried if good.all() else charts.joined(borders, chosen[good])
+        pairs = borders.pair[chosen[good]]
+        made = tree.leaves + len(tree.children) + np.arange(len(pairs))
+        tree.join([(int(a), int(b)) for a, b in name[pairs]])
+        name[pairs[:, 0]] = made
+        borders = SharedBorders.of(charts)
     return tree
-
-
-def _renumbered(cuts: Cuts, name: Longs) -> tuple[Cuts, Longs]:
-    """Cuts whose charts are numbered from 0 without gaps, and their names."""
-    present, number = np.unique(cuts.label, return_inverse=True)
-    return Cuts(number.ravel(), cuts.slit), name[present]
 
 
 def absorbed(
@@ -189,25 +94,26 @@ def absorbed(
     control: Control | None = None,
 ) -> Longs:
     """(T,) charts, from 0: those that lie within one other chart go to it, where `fits` what comes of it."""
-    cuts = Cuts(label, np.zeros(len(mesh.twin), np.bool_))
-    borders = Borders.of(mesh, cuts, locked)
+    borders = SharedBorders.of(JoinedCharts.of(mesh, label, locked))
     area = np.bincount(label, mesh.area)
-    owner = np.arange(cuts.count)
+    own = np.arange(len(area))
+    owner = own.copy()
     for inner, outer in (borders.pair.T, borders.pair.T[::-1]):
         within = borders.length >= (1.0 - 1e-9) * borders.perimeter[inner]
         within &= area[inner] < area[outer]
         owner[inner[within]] = outer[within]
-    owner = np.where(owner[owner] == owner, owner, np.arange(cuts.count))
-    if (owner == np.arange(cuts.count)).all():
+    owner = np.where(owner[owner] == owner, owner, own)
+    grown = np.unique(owner[owner != own])
+    if not len(grown):
         return label
-    names, merged = np.unique(owner[label], return_inverse=True)
-    good = fits(lay_flat(mesh, Cuts(merged.ravel(), cuts.slit), control))
-    stays = ~good[np.searchsorted(names, owner)]
-    owner[stays] = np.flatnonzero(stays)
+    cuts = Cuts(owner[label], np.zeros(len(mesh.twin), np.bool_))
+    spoilt = np.zeros(len(area), np.bool_)
+    spoilt[grown] = ~_fitting(mesh, cuts, grown, fits, control)
+    owner = np.where(spoilt[owner], own, owner)
     return np.asarray(np.unique(owner[label], return_inverse=True)[1].ravel())
 
 
-def _matching(borders: Borders, name: Longs, refused: set[tuple[int, int]]) -> Longs:
+def _matching(borders: SharedBorders, name: Longs, refused: set[tuple[int, int]]) -> Longs:
     """Pairs to try at one time: none shares a chart, the best first."""
     score = borders.smooth / np.maximum(borders.perimeter[borders.pair].min(axis=1), 1e-300)
     taken: set[int] = set()
@@ -246,11 +152,11 @@ def replayed(mesh: ChartMesh, label: Longs, locked: Flags, tree: Tree) -> tuple[
 
     label: numbers of the tree's leaves. A pair that does not touch here stays two.
     """
-    present, number = np.unique(label, return_inverse=True)
-    cuts, name = Cuts(number.ravel(), np.zeros(len(mesh.twin), np.bool_)), present
+    name, number = np.unique(label, return_inverse=True)
+    charts = JoinedCharts.of(mesh, number.ravel(), locked)
     begin = 0
     for end in tree.rounds:
-        borders = Borders.of(mesh, cuts, locked)
+        borders = SharedBorders.of(charts)
         at = {(int(a), int(b)): i for i, (a, b) in enumerate(np.sort(name[borders.pair], axis=1))}
         wanted = [(at.get((min(pair), max(pair))), made) for made, pair in enumerate(tree.children[begin:end], begin)]
         found = [(i, tree.leaves + made) for i, made in wanted if i is not None]
@@ -258,8 +164,8 @@ def replayed(mesh: ChartMesh, label: Longs, locked: Flags, tree: Tree) -> tuple[
         if not found:
             continue
         chosen = np.array([i for i, _ in found])
-        first = borders.pair[chosen, 0]
-        cuts = borders.joined(mesh, cuts, chosen, first)
-        name[first] = [made for _, made in found]
-        cuts, name = _renumbered(cuts, name)
-    return cuts, name
+        charts = charts.joined(borders, chosen)
+        name[borders.pair[chosen, 0]] = [made for _, made in found]
+    cuts = charts.cuts
+    present, dense = np.unique(cuts.label, return_inverse=True)
+    return Cuts(dense.ravel(), cuts.slit), name[present]

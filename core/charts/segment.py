@@ -24,8 +24,8 @@ from .stages import Stages
 # The most stretch of a chart, L2 and its 95th percentile: of a piece, of what pieces are joined to, and of a chart that
 # has come out of the full mesh with more.
 _PIECE, _JOINED, _CHART = (1.05, 1.2), (1.07, 1.3), (1.15, 1.5)
-# Charts are at most this part of the surface, more only where they fill so much of their box: a few large ones of any
-# outline leave an image half empty.
+# What has to be cut comes to charts of at most this part of the surface, more only where they fill so much of their
+# box: a few large ones of any outline leave an image half empty.
 _LARGEST, _FULL = 0.2, 0.9
 _WORTH_CUTTING = 1.5  # of that: what is hardly larger would leave slivers
 _EDGE = 0.5  # surfaces that turn by more than 60 degrees (1 - cosine) at an edge part there, where edges close a chart
@@ -41,7 +41,7 @@ def laid_out(mesh: ChartMesh, stages: Stages) -> Layout:
     if len(curved):
         halves = halves_of(curved)
         part = mesh if len(curved) == len(mesh.triangles) else mesh.part(curved)
-        cuts, inner = _curved(part, locked[halves], stages)
+        cuts, inner = _curved(part, locked[halves], _LARGEST * float(mesh.area.sum()), stages)
         label[curved], slit[halves] = count + cuts.label, cuts.slit
         present, label = np.unique(label, return_inverse=True)
         name, leaf = np.full(len(present), -1), np.full(len(label), -1)
@@ -57,10 +57,9 @@ def _locked(mesh: ChartMesh) -> Flags:
     return mesh.between(region)
 
 
-def _curved(mesh: ChartMesh, locked: Flags, stages: Stages) -> tuple[Cuts, Joins]:
-    """Cuts of a mesh no part of which is a plane, and how its charts were joined."""
+def _curved(mesh: ChartMesh, locked: Flags, largest: float, stages: Stages) -> tuple[Cuts, Joins]:
+    """Cuts of a mesh no part of which is a plane, into charts of at most so large an area; how they were joined."""
     coarse = CoarseMesh.of(mesh, locked, stages.enter("simplifying the mesh", 0.05, 0.25))
-    largest = _LARGEST * float(mesh.area.sum())
 
     def small(flat: FlatCharts, most: float) -> Flags:
         return np.asarray((flat.areas <= most) | (flat.fill >= _FULL))
@@ -83,15 +82,16 @@ def _curved(mesh: ChartMesh, locked: Flags, stages: Stages) -> tuple[Cuts, Joins
 def _pieces(coarse: CoarseMesh, fits: Callable[[FlatCharts], Flags], control: Control | None) -> Longs:
     """(T',) charts of the simplified mesh: its parts as they are where they can be laid flat, else what sharp edges
     make of them, cut in halves until all fit."""
-    mesh, joined = coarse.mesh, (coarse.mesh.twin >= 0) & ~coarse.locked
-    label = triangle_groups(mesh, joined)[0].astype(np.int64)
+    mesh, inner = coarse.mesh, (coarse.mesh.twin >= 0) & ~coarse.locked
+    label = triangle_groups(mesh, inner)[0].astype(np.int64)
     uncut = np.zeros(len(mesh.twin), np.bool_)
-    hard = ~lay_flat(mesh, Cuts(label, uncut), control).good(*_PIECE)[label]
-    if hard.any():
-        smooth = joined & (mesh.crease(np.arange(len(mesh.twin))) < _EDGE)
-        faces = triangle_groups(mesh, smooth)[0]
-        label = np.unique(np.where(hard, int(label.max()) + 1 + faces, label), return_inverse=True)[1].ravel()
-        label = good_charts(mesh, Cuts(label, uncut), fits, None, control).cuts.label
+    hard = np.flatnonzero(~lay_flat(mesh, Cuts(label, uncut), control).good(*_PIECE)[label])
+    if len(hard):
+        smooth = inner & (mesh.crease(np.arange(len(mesh.twin))) < _EDGE)
+        part, faces = mesh.part(hard), triangle_groups(mesh, smooth)[0][hard]
+        cuts = Cuts(np.unique(faces, return_inverse=True)[1].ravel(), uncut[halves_of(hard)])
+        label[hard] = int(label.max()) + 1 + good_charts(part, cuts, fits, None, control).cuts.label
+        label = np.unique(label, return_inverse=True)[1].ravel()
     return absorbed(mesh, label, coarse.locked, fits, control)
 
 

@@ -60,11 +60,11 @@ def unwrap(
     """
     points, faces, polygon = _normalised(name, vertices, triangles, polygons)
     place = places(points)[faces]
-    sound = np.flatnonzero((place != place[:, [1, 2, 0]]).all(axis=1))
+    sound = _sound(name, place)
     sides = size if isinstance(size, tuple) else (size, size)
     with Stages(progress) as stages:
         stages.enter("reading the mesh", 0.0, 0.05)
-        mesh = connected(points, faces[sound], polygon[sound], None if seams is None else seams[sound])
+        mesh = connected(points, faces[sound], _numbered(polygon[sound]), None if seams is None else seams[sound])
         layout = thickened(shortened(mesh, laid_out(mesh, stages), sides, padding))
         control = stages.enter("packing charts", 0.8, 1.0)
         corners, kept = packed(layout.uv, layout.cuts.label, sides, padding, control=control)
@@ -96,8 +96,23 @@ def _normalised(name: str, vertices: Floats, triangles: Ints, polygons: Ints | N
     if not total > 0.0:
         raise InputError(f"{name}: no face has an area, so there is nothing to unwrap; scale or edit the mesh")
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    polygon = np.arange(len(faces)) if polygons is None else np.unique(polygons, return_inverse=True)[1].ravel()
-    return (points - middle) * (SIDE / np.sqrt(total)), faces, polygon.astype(np.int64)
+    polygon = np.arange(len(faces)) if polygons is None else _numbered(polygons)
+    return (points - middle) * (SIDE / np.sqrt(total)), faces, polygon
+
+
+def _numbered(polygons: Ints | Longs) -> Longs:
+    """(T,) numbers of polygons without gaps."""
+    return np.unique(polygons, return_inverse=True)[1].ravel().astype(np.int64)
+
+
+def _sound(name: str, place: Longs) -> Longs:
+    """The triangles whose corners (T, 3) are at three places."""
+    sound = np.flatnonzero((place != place[:, [1, 2, 0]]).all(axis=1))
+    if not len(sound):  # though one has an area: only the middle of the mesh takes it
+        raise InputError(
+            f"{name}: its vertices lie so far apart that no face can be told from a point; delete those far away"
+        )
+    return sound
 
 
 def _everywhere(uv: Doubles, sound: Longs, polygon: Longs, place: Longs) -> Doubles:
