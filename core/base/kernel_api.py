@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 11
+ABI_VERSION = 12
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -160,7 +160,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_components": [c_int64, c_void_p, c_void_p, c_int64, c_void_p, POINTER(c_int64)],
     "ob_smooth_labels": [c_int64, *[c_void_p] * 4, c_int32, c_void_p, _CONTROL],
     "ob_simplify": [*_MESH, c_void_p, c_double, c_int64, c_void_p, c_void_p, c_void_p, _CONTROL],
-    "ob_flatten": [*_MESH, c_void_p, c_int64, c_int32, c_void_p, c_void_p, _CONTROL],
+    "ob_flatten": [*_MESH, c_void_p, c_int64, c_int64, c_int32, c_void_p, c_void_p, c_void_p, _CONTROL],
     "ob_bisect": [*[c_void_p] * 4, *[c_int64] * 3, c_void_p, _CONTROL],
     "ob_divide": [*[c_void_p] * 4, *[c_int64] * 2, c_void_p, _CONTROL],
     "ob_overlaps": [

@@ -22,8 +22,9 @@ def settled(mesh: ChartMesh, label: Longs, locked: Flags, control: api.Control |
     """(T,) the charts, from 0, that labels (T,) come nearest to.
 
     locked: (3 T,) bool, half-edges over which no chart may go. Polygons get the label that holds most of them; scraps
-    go to their neighbours; labels flow to and fro over borders until those are smooth; then polygons change sides one by
-    one where that makes borders shorter still, those along creases counting less. Whatever is in several pieces in the end becomes several charts.
+    go to their neighbours; labels flow over borders until those are smooth; then polygons change sides one by one where
+    that makes borders shorter still, those along creases counting less. Whatever is in several pieces in the end
+    becomes several charts.
     """
     label = _whole_polygons(mesh, label)
     links = _Links.of(mesh, locked)

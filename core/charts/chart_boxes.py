@@ -39,6 +39,18 @@ class ChartBoxes:
         return ChartBoxes(middle, along, spans[0], spans[1])
 
 
+def diagonals(label: Longs, count: int, uv: Doubles) -> Doubles:
+    """(C,) of the boxes about charts along u and v, quickly: no chart is longer in any direction."""
+    order = np.argsort(label, kind="stable")
+    starts = np.searchsorted(label[order], np.arange(count))
+    sides = [
+        np.maximum.reduceat(uv[..., axis].max(axis=1)[order], starts)
+        - np.minimum.reduceat(uv[..., axis].min(axis=1)[order], starts)
+        for axis in range(2)
+    ]
+    return np.asarray(np.hypot(*sides))
+
+
 def across(along: Doubles) -> Doubles:
     """(C, 2) a quarter turn on from directions."""
     return np.stack([-along[:, 1], along[:, 0]], axis=1)

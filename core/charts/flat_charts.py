@@ -9,15 +9,11 @@ import numpy as np
 
 from ..base.arrays import Doubles, Flags, Longs
 from ..base.kernel_api import Control
-from ..base.triangles import square, tangents, uv_area_of
 from .chart_boxes import ChartBoxes
 from .chart_mesh import ChartMesh, corner_classes
 from .flatten import FLATTENED, flattened
 from .overlaps import overlapping
 
-# A chart is a plane where no triangle leans off it by more than this (1 - cosine), and no corner stands off it by more
-# than this part of its size.
-_LEAN, _HEIGHT = 1e-6, 1e-4
 _MOST_PAIRS = 1 << 16
 _OVERLAP = 1e-3  # units: a triangle that lies less deep in another does not overlap it
 
@@ -76,25 +72,20 @@ class FlatCharts:
         return np.asarray(self.laid & mean & most & (self.overlap[:, 0] < 0))
 
 
-def lay_flat(mesh: ChartMesh, cuts: Cuts, control: Control | None = None) -> FlatCharts:
-    """Flatten the charts of a mesh, all its triangles being in one. Raises Cancelled."""
+def lay_flat(mesh: ChartMesh, cuts: Cuts, control: Control | None = None, *, most: int | None = None) -> FlatCharts:
+    """Flatten the charts of a mesh, all its triangles being in one; those that are no planes and of more than `most`
+    triangles are not. Raises Cancelled."""
     order = np.argsort(cuts.label, kind="stable")
     starts = np.searchsorted(cuts.label[order], np.arange(cuts.count + 1))
-    uv, plane = _projected(mesh, order, starts)
-    laid = plane.copy()
-    bent = order[np.repeat(~plane, np.diff(starts))]
-    if len(bent):
-        vertex, _ = corner_classes(mesh.twin, cuts.joined(mesh))
-        used, local = np.unique(vertex.reshape(-1, 3)[bent], return_inverse=True)
-        local = local.reshape(-1, 3)
-        points = np.empty((len(used), 3))
-        points[local] = mesh.corners[bent]
-        sizes = np.diff(starts)[~plane]
-        flat, state = flattened(points, local, np.concatenate([[0], np.cumsum(sizes)]), control=control)
-        uv[bent] = flat[local]
-        laid[~plane] = state == FLATTENED
+    vertex, count = corner_classes(mesh.twin, cuts.joined(mesh))
+    points = np.empty((count, 3))
+    points[vertex] = mesh.corners.reshape(-1, 3)
+    corners = vertex.reshape(-1, 3)[order]
+    flat, stretch, state = flattened(points, corners, starts, most=most, control=control)
+    laid = state == FLATTENED
+    uv, squared = np.empty((len(order), 3, 2)), np.empty(len(order))
+    uv[order], squared[order] = flat[corners], stretch
     uv[~laid[cuts.label]] = 0.0
-    squared = _squared_stretch(mesh, cuts.label, cuts.count, uv)
     return FlatCharts(cuts.label, mesh.area, uv, laid, squared, _overlaps(uv, cuts, control))
 
 
@@ -108,58 +99,3 @@ def _overlaps(uv: Doubles, cuts: Cuts, control: Control | None) -> Longs:
         overlap[cuts.label[pairs[::-1, 0]]] = pairs[::-1]
         if len(pairs) < _MOST_PAIRS:  # else charts that no pair was found of may have some all the same
             return overlap
-
-
-def planes(mesh: ChartMesh, label: Longs) -> Flags:
-    """(C,) bool: which groups of triangles, label (T,), are planes."""
-    order = np.argsort(label, kind="stable")
-    return _projected(mesh, order, np.searchsorted(label[order], np.arange(int(label.max()) + 2)))[1]
-
-
-def _projected(mesh: ChartMesh, order: Longs, starts: Longs) -> tuple[Doubles, Flags]:
-    """Charts that are planes, of any outline, onto them: (T, 3, 2) UVs, (C,) bool which are."""
-    count = len(starts) - 1
-    weighted = mesh.normals * mesh.area[:, None]
-    total = np.add.reduceat(weighted[order], starts[:-1], axis=0)
-    length = np.linalg.norm(total, axis=1, keepdims=True)
-    normal = np.divide(total, length, out=np.zeros_like(total), where=length > 0.0)
-    chart = np.empty(len(order), np.int64)
-    chart[order] = np.repeat(np.arange(count), np.diff(starts))
-    lean = np.where(mesh.area > 0.0, 1.0 - (mesh.normals * normal[chart]).sum(axis=1), 0.0)
-    plane = (length[:, 0] > 0.0) & (np.maximum.reduceat(lean[order], starts[:-1]) <= _LEAN)
-    uv = np.zeros((len(chart), 3, 2))
-    flat = order[np.repeat(plane, np.diff(starts))]
-    if not len(flat):
-        return uv, plane
-    chart, corners = chart[flat], mesh.corners[flat]
-    offset = corners - mesh.corners[order[starts[:-1]], 0][chart][:, None]
-    height = np.abs((offset * normal[chart][:, None]).sum(axis=2)).max(axis=1)
-    size = np.sqrt(square(offset)).max(axis=1)
-    begins = np.flatnonzero(np.append(True, chart[1:] != chart[:-1]))
-    plane[chart[begins]] = np.maximum.reduceat(height, begins) <= _HEIGHT * np.maximum.reduceat(size, begins)
-    along, up = _axes(normal)
-    uv[flat, :, 0] = (offset * along[chart][:, None]).sum(axis=2)
-    uv[flat, :, 1] = (offset * up[chart][:, None]).sum(axis=2)
-    return uv, plane
-
-
-def _axes(normal: Doubles) -> tuple[Doubles, Doubles]:
-    """(n, 3) each: two directions in planes, which make a right-handed frame with the normals."""
-    axis = np.zeros_like(normal)
-    axis[np.arange(len(normal)), np.argmin(np.abs(normal), axis=1)] = 1.0
-    along = np.cross(axis, normal)
-    length = np.linalg.norm(along, axis=1, keepdims=True)
-    along = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
-    return along, np.cross(normal, along)
-
-
-def _squared_stretch(mesh: ChartMesh, label: Longs, count: int, uv: Doubles) -> Doubles:
-    """(T,) squares of the L2 stretch, after one scale for each chart; 1 for triangles without area, here or there."""
-    flat = uv_area_of(uv)
-    good = (flat > 0.0) & (mesh.area > 0.0)
-    along_u, along_v = tangents(mesh.corners[good], uv[good])
-    which = label[good]
-    scale = np.bincount(which, flat[good], count) / np.maximum(np.bincount(which, mesh.area[good], count), 1e-300)
-    squared = np.ones(len(label))
-    squared[good] = 0.5 * (square(along_u) + square(along_v)) * scale[which]
-    return squared

@@ -1,8 +1,8 @@
 """Where a mesh is cut into charts.
 
-What is plane stays as it is. What is curved is cut on a simplified mesh, in halves until each piece can be laid flat;
-then pieces are joined as long as they can be laid flat together; all that is carried over to the mesh itself, done
-again there, and looked after.
+Parts that are planes, and small ones that can be laid flat, stay as they are. The rest is cut on a simplified mesh, in
+halves until each piece can be laid flat; then pieces are joined as long as they can be laid flat together; all that is
+carried over to the mesh itself, done again there, and looked after.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..base.kernel_api import Control
 from .borders import settled
 from .chart_mesh import ChartMesh, halves_of, triangle_groups
 from .coarse import CoarseMesh
-from .flat_charts import Cuts, FlatCharts, lay_flat, planes
+from .flat_charts import Cuts, FlatCharts, lay_flat
 from .joins import Tree, absorbed, joined, replayed
 from .repair import Joins, Layout, good_charts
 from .stages import Stages
@@ -28,27 +28,28 @@ _PIECE, _JOINED, _CHART = (1.05, 1.2), (1.07, 1.3), (1.15, 1.5)
 # box: a few large ones of any outline leave an image half empty.
 _LARGEST, _FULL = 0.2, 0.9
 _WORTH_CUTTING = 1.5  # of that: what is hardly larger would leave slivers
+_FEW = 1_000  # triangles: parts of no more are laid flat as they are, where that goes; others cost too much to try
 _EDGE = 0.5  # surfaces that turn by more than 60 degrees (1 - cosine) at an edge part there, where edges close a chart
 
 
 def laid_out(mesh: ChartMesh, stages: Stages) -> Layout:
     """Charts of a mesh, each flat by itself, with little stretch and without overlap. Raises Cancelled."""
     locked = _locked(mesh)
-    group, count = triangle_groups(mesh, (mesh.twin >= 0) & ~locked)
-    label = group.astype(np.int64)
-    curved = np.flatnonzero(~planes(mesh, label)[label])
-    slit, joins = np.zeros(len(mesh.twin), np.bool_), None
-    if len(curved):
-        halves = halves_of(curved)
-        part = mesh if len(curved) == len(mesh.triangles) else mesh.part(curved)
-        cuts, inner = _curved(part, locked[halves], _LARGEST * float(mesh.area.sum()), stages)
-        label[curved], slit[halves] = count + cuts.label, cuts.slit
-        present, label = np.unique(label, return_inverse=True)
-        name, leaf = np.full(len(present), -1), np.full(len(label), -1)
-        name[present >= count], leaf[curved] = inner.name, inner.leaf
-        joins = Joins(inner.tree, name, leaf)
+    part = triangle_groups(mesh, (mesh.twin >= 0) & ~locked)[0]
+    slit = np.zeros(len(mesh.twin), np.bool_)
+    flat = lay_flat(mesh, Cuts(part.astype(np.int64), slit), stages.control, most=_FEW)
+    easy = flat.good(*_PIECE)
+    hard = np.flatnonzero(~easy[part])
+    if not len(hard):
+        return Layout(Cuts(flat.label, slit), flat.uv)
+    halves = halves_of(hard)
+    rest = mesh if len(hard) == len(mesh.triangles) else mesh.part(hard)
+    cuts, joins = _cut(rest, locked[halves], _LARGEST * float(mesh.area.sum()), stages)
     control = stages.enter("laying charts flat", 0.6, 0.8)
-    return good_charts(mesh, Cuts(label.ravel(), slit), lambda flat: flat.good(*_CHART), joins, control)
+    layout = good_charts(rest, cuts, lambda charts: charts.good(*_CHART), joins, control)
+    label, uv = flat.label + layout.cuts.count, flat.uv
+    label[hard], slit[halves], uv[hard] = layout.cuts.label, layout.cuts.slit, layout.uv
+    return Layout(Cuts(np.unique(label, return_inverse=True)[1].ravel(), slit), uv)
 
 
 def _locked(mesh: ChartMesh) -> Flags:
@@ -57,8 +58,8 @@ def _locked(mesh: ChartMesh) -> Flags:
     return mesh.between(region)
 
 
-def _curved(mesh: ChartMesh, locked: Flags, largest: float, stages: Stages) -> tuple[Cuts, Joins]:
-    """Cuts of a mesh no part of which is a plane, into charts of at most so large an area; how they were joined."""
+def _cut(mesh: ChartMesh, locked: Flags, largest: float, stages: Stages) -> tuple[Cuts, Joins]:
+    """Cuts of a mesh into charts of at most so large an area, and how those were joined."""
     coarse = CoarseMesh.of(mesh, locked, stages.enter("simplifying the mesh", 0.05, 0.25))
 
     def small(flat: FlatCharts, most: float) -> Flags:

@@ -96,7 +96,7 @@ class SharedBorders:
         half = np.flatnonzero((near.twin >= 0) & ~charts.locked & (chart < label[near.across]))
         stretch = _stretches(near, inside, half)
         names, pair = np.unique(chart[half] * count + chart[near.twin[half]], return_inverse=True)
-        length = np.bincount(stretch, near.lengths[half])
+        length: Doubles = np.bincount(stretch, near.lengths[half]).astype(np.float64)
         smooth = np.bincount(stretch, near.lengths[half] * (1.0 - near.crease(half)))
 
         owner = np.zeros(len(length), np.int64)

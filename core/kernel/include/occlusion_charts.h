@@ -40,19 +40,22 @@ OB_API int32_t ob_simplify(const double *points, int64_t vertex_count, const int
 enum ob_flattened {
   OB_FLATTENED = 0,
   OB_NOT_A_DISK = 1, /* closed, with more than one border, a handle, in pieces, or not a surface: uv is 0 */
-  OB_NOT_FLAT = 2    /* a triangle that cannot be told from a mirrored or an empty one, or no area at all */
+  OB_NOT_FLAT = 2,   /* a triangle that cannot be told from a mirrored or an empty one, or no area at all */
+  OB_NOT_TRIED = 3   /* too many triangles: uv is 0 */
 };
 
-/* Flattens charts with little stretch: the symmetric Dirichlet energy of the map is brought down, from one without
- * mirrored triangles to another. triangles: those of chart c are starts[c] to starts[c + 1]; a vertex belongs to one
- * chart. Points may be of any finite size. uv: vertex_count x 2, in the units of the points, the area of a chart that
- * of its surface, all triangles counter-clockwise, in float32 too once a chart is 1000 large, but for slivers of less
- * height than that tells apart; parts of a chart's border may lie on one another. What can be developed keeps its
- * lengths; triangles of a height below 1e-4 of their longest edge get one of 3e-4. state: one of ob_flattened for each
- * chart. control: counts triangles. */
+/* Flattens charts. triangles: those of chart c are starts[c] to starts[c + 1]; a vertex belongs to one chart. Points
+ * may be of any finite size. A plane is laid out as it is, of any outline, with triangles that have no area. Any other
+ * chart, of no more than `most` triangles, is with little stretch: the symmetric Dirichlet energy of the map is brought
+ * down, from one without mirrored triangles to another; all triangles are counter-clockwise, in float32 too once a
+ * chart is 1000 large, but for slivers of less height than that tells apart; those of a height below 1e-4 of their
+ * longest edge get one of 3e-4. What can be developed keeps its lengths. Parts of a chart's border may lie on one
+ * another. uv: vertex_count x 2, in the units of the points, the area of a chart that of its surface. stretch:
+ * triangle_count squares of the L2 stretch (Sander et al. 2001) after one scale for each chart, 1 where it is not
+ * flattened and for triangles without area. state: one of ob_flattened for each chart. control: counts triangles. */
 OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int32_t *triangles, int64_t triangle_count,
-                          const int64_t *starts, int64_t chart_count, int32_t threads, double *uv, int32_t *state,
-                          ob_control *control);
+                          const int64_t *starts, int64_t chart_count, int64_t most, int32_t threads, double *uv,
+                          double *stretch, int32_t *state, ob_control *control);
 
 /* Pairs of triangles of one group whose insides meet by more than `tolerance`: so far would one of them have to be
  * moved to part them. A triangle no thicker than that overlaps none. uv: triangle_count x 6, finite, either way round.

@@ -26,7 +26,7 @@ extern "C" {
 #define OB_CONSTANT inline
 #endif
 
-enum { OB_ABI_VERSION = 11 };
+enum { OB_ABI_VERSION = 12 };
 
 enum ob_status {
   OB_OK = 0,

@@ -5,6 +5,7 @@
 #include "chart_layout.h"
 #include "chart_measure.h"
 #include "chart_plane.h"
+#include "chart_stretch.h"
 #include "occlusion_charts.h"
 #include "parallel.h"
 #include "status.h"
@@ -20,7 +21,9 @@ struct Job {
   const int32_t *triangles;
   const int64_t *starts;
   int64_t chart_count;
+  int64_t most;
   double *uv;
+  double *stretch;
   int32_t *state;
   ob_control *control;
 };
@@ -34,10 +37,28 @@ public:
 
   ob_flattened flatten(int64_t chart) {
     watch_.look();
-    const int64_t begin = job_.starts[chart];
-    const int64_t end = job_.starts[chart + 1];
+    const int32_t *begin = job_.triangles + 3 * job_.starts[chart];
+    const int32_t *end = job_.triangles + 3 * job_.starts[chart + 1];
+    const ob_flattened state = lay_flat(begin, end);
+    double *stretch = job_.stretch + job_.starts[chart];
+    if (state == OB_FLATTENED) {
+      measure_stretch(job_.points, job_.uv, begin, end, stretch);
+    } else {
+      std::fill_n(stretch, (end - begin) / 3, 1.0);
+    }
+    return state;
+  }
+
+private:
+  ob_flattened lay_flat(const int32_t *begin, const int32_t *end) {
     if (begin == end) {
       return OB_NOT_A_DISK;
+    }
+    if (project(job_.points, begin, end, job_.uv)) {
+      return OB_FLATTENED;
+    }
+    if ((end - begin) / 3 > job_.most) {
+      return OB_NOT_TRIED;
     }
     number_vertices(begin, end);
     if (!builder_.build(corners_, static_cast<int32_t>(globals_.size()), mesh_)) {
@@ -45,18 +66,16 @@ public:
     }
     keep_corners();
     place_points();
-    const bool flat = lay_flat(mesh_, points_, uv_) && keeps_triangles(Exempt::none);
-    const bool sound = flat || unfold();
+    const bool sound = unfold();
     const bool scaled = scale_to_surface();
     write();
-    return sound && scaled && keeps_triangles(Exempt::slivers) ? OB_FLATTENED : OB_NOT_FLAT;
+    return sound && scaled && keeps_triangles() ? OB_FLATTENED : OB_NOT_FLAT;
   }
 
-private:
-  void number_vertices(int64_t begin, int64_t end) {
+  void number_vertices(const int32_t *begin, const int32_t *end) {
     globals_.clear();
     corners_.clear();
-    for (const int32_t *corner = job_.triangles + 3 * begin; corner != job_.triangles + 3 * end; ++corner) {
+    for (const int32_t *corner = begin; corner != end; ++corner) {
       int32_t &number = number_[at(*corner)];
       if (number == kNone) {
         number = static_cast<int32_t>(globals_.size());
@@ -117,11 +136,9 @@ private:
     return possible;
   }
 
-  enum class Exempt : uint8_t { none, slivers };
-
-  // Whether all triangles are counter-clockwise, in float32 too once the chart is kTexels large; there slivers, of a
-  // height on the surface that float32 does not tell from none, may be exempt.
-  bool keeps_triangles(Exempt exempt) const;
+  // Whether all triangles are counter-clockwise, in float32 too once the chart is kTexels large, but for slivers: of a
+  // height on the surface that float32 does not tell from none.
+  bool keeps_triangles() const;
   bool is_sliver(const size_t *vertices) const;
 
   void write() const {
@@ -158,7 +175,7 @@ double extent(const std::vector<Vector2> &uv) {
   return std::max(high.x - low.x, high.y - low.y);
 }
 
-bool Flattener::keeps_triangles(Exempt exempt) const {
+bool Flattener::keeps_triangles() const {
   const double texels = kTexels / extent(uv_); // a unit
   const auto rounded = [&](Vector2 p) {
     return Vector2{static_cast<double>(static_cast<float>(texels * p.x)),
@@ -170,7 +187,7 @@ bool Flattener::keeps_triangles(Exempt exempt) const {
       return false;
     }
     const bool kept = doubled_area(rounded(uv_[v[0]]), rounded(uv_[v[1]]), rounded(uv_[v[2]])) > 0.0;
-    if (!kept && (exempt == Exempt::none || !is_sliver(v))) {
+    if (!kept && !is_sliver(v)) {
       return false;
     }
   }
@@ -249,10 +266,11 @@ int32_t flatten_charts(const Job &job, int64_t triangle_count, int32_t threads) 
 } // namespace ob::flatten
 
 extern "C" int32_t ob_flatten(const double *points, int64_t vertex_count, const int32_t *triangles,
-                              int64_t triangle_count, const int64_t *starts, int64_t chart_count, int32_t threads,
-                              double *uv, int32_t *state, ob_control *control) {
+                              int64_t triangle_count, const int64_t *starts, int64_t chart_count, int64_t most,
+                              int32_t threads, double *uv, double *stretch, int32_t *state, ob_control *control) {
   return ob::guarded([&] {
-    return ob::flatten::flatten_charts({points, vertex_count, triangles, starts, chart_count, uv, state, control},
-                                       triangle_count, threads);
+    return ob::flatten::flatten_charts(
+        {points, vertex_count, triangles, starts, chart_count, most, uv, stretch, state, control}, triangle_count,
+        threads);
   });
 }

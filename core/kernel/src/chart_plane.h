@@ -1,12 +1,13 @@
-// Charts that are flat already.
+// Charts that are planes.
 #pragma once
 
-#include "chart_mesh.h"
+#include <cstdint>
 
 namespace ob::flatten {
 
-// Lays a chart out as it is, where all its vertices lie on one plane (within a millionth of its size, which is about 1)
-// and all its triangles face one way. False, uv being of no meaning, where they do not.
-bool lay_flat(const Mesh &mesh, const std::vector<Vector3> &points, std::vector<Vector2> &uv);
+// Lays a chart onto its plane, whatever its outline, where it has one: no triangle leans off it, none but those without
+// area, and no corner stands off it. triangles: from begin to end, 3 vertices each. uv: of all vertices, in the units
+// of the points; those of the chart are written. False, with uv as it was, where there is no such plane.
+bool project(const double *points, const int32_t *begin, const int32_t *end, double *uv);
 
 } // namespace ob::flatten

@@ -16,7 +16,7 @@ struct Mesh {
 
 struct Flat {
   int32_t status, state;
-  std::vector<double> uv;
+  std::vector<double> uv, stretch;
 
   double distance(int32_t a, int32_t b) const {
     return std::hypot(uv[2 * static_cast<size_t>(a)] - uv[2 * static_cast<size_t>(b)],
@@ -25,10 +25,11 @@ struct Flat {
 };
 
 static Flat flatten(const Mesh &mesh, ob_control *control = nullptr) {
-  Flat flat{OB_OK, -1, std::vector<double>(2 * mesh.points.size() / 3, -1.0)};
+  Flat flat{OB_OK, -1, std::vector<double>(2 * mesh.points.size() / 3, -1.0),
+            std::vector<double>(mesh.triangles.size() / 3, -1.0)};
   const int64_t starts[2] = {0, mesh.triangle_count()};
   flat.status = ob_flatten(mesh.points.data(), mesh.vertex_count(), mesh.triangles.data(), mesh.triangle_count(),
-                           starts, 1, 1, flat.uv.data(), &flat.state, control);
+                           starts, 1, INT32_MAX, 1, flat.uv.data(), flat.stretch.data(), &flat.state, control);
   return flat;
 }
 

@@ -9,7 +9,7 @@ import pytest
 from occlusion_bake.core.base.arrays import Doubles, Longs
 from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.base.kernel_api import Control
-from occlusion_bake.core.charts.flatten import FLATTENED, NOT_A_DISK, NOT_FLAT, flattened
+from occlusion_bake.core.charts.flatten import FLATTENED, NOT_A_DISK, NOT_FLAT, NOT_TRIED, flattened
 
 Mesh = tuple[Doubles, Longs]
 Surface = Callable[[Doubles, Doubles], tuple[Doubles, Doubles, Doubles]]
@@ -90,7 +90,7 @@ def stretch(points: Doubles, triangles: Longs, uv: Doubles) -> float:
 
 def flatten_one(mesh: Mesh) -> tuple[Doubles, int]:
     points, triangles = mesh
-    uv, state = flattened(points, triangles, np.array([0, len(triangles)]))
+    uv, _, state = flattened(points, triangles, np.array([0, len(triangles)]))
     return uv, int(state[0])
 
 
@@ -229,7 +229,7 @@ def test_an_edge_without_length() -> None:
 )
 def test_what_is_no_disk_is_left_alone(triangles: list[list[int]]) -> None:
     points = np.random.default_rng(0).standard_normal((6, 3))
-    uv, state = flattened(points, np.array(triangles), np.array([0, len(triangles)]))
+    uv, _, state = flattened(points, np.array(triangles), np.array([0, len(triangles)]))
     assert state[0] == NOT_A_DISK
     assert (uv == 0.0).all()
 
@@ -242,6 +242,40 @@ def test_a_chart_without_area_cannot_be_flat() -> None:
         assert np.isfinite(uv).all()
 
 
+def test_a_plane_of_any_outline_keeps_its_shape() -> None:
+    """A ring, and two pieces that touch at a corner, with a triangle that has no area: of any size, turned at will."""
+    turn = np.linalg.qr(np.random.default_rng(2).standard_normal((3, 3)))[0]
+    ring = np.array([[0, 1, 3], [1, 4, 3], [1, 2, 4], [2, 5, 4], [2, 0, 5], [0, 3, 5]])
+    flat = np.array([[0, 0], [4, 0], [0, 4], [1, 1], [2, 1], [1, 2], [8, -8], [8, 0]], np.float64)
+    pieces = np.concatenate([ring[:2], [[1, 6, 7]], [[0, 3, 3]]])
+    for triangles in (ring, pieces):
+        points = 100.0 * np.pad(flat, ((0, 0), (0, 1))) @ turn.T + 7.0
+        for most in (0, None):
+            uv, stretch, state = flattened(points, triangles, np.array([0, len(triangles)]), most=most)
+            assert state.tolist() == [FLATTENED]
+            lengths = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
+            drawn = np.linalg.norm(uv[triangles] - uv[np.roll(triangles, 1, axis=1)], axis=2)
+            assert np.allclose(drawn, lengths, rtol=1e-9, atol=1e-9)
+            assert np.allclose(stretch, 1.0, rtol=1e-9)
+
+
+def test_the_stretch_is_told() -> None:
+    points, triangles = dome(12, 5)
+    uv, squared, _ = flattened(points, triangles, np.array([0, len(triangles)]))
+    told = float(np.sqrt(np.average(squared, weights=surface_areas(points, triangles))))
+    assert told == pytest.approx(stretch(points, triangles, uv), rel=1e-9)
+    assert told > 1.01
+
+
+def test_bent_charts_of_many_triangles_are_not_tried_where_that_is_asked_for() -> None:
+    points, triangles = dome(12, 5)
+    starts = np.array([0, len(triangles)])
+    assert flattened(points, triangles, starts, most=len(triangles))[2].tolist() == [FLATTENED]
+    uv, squared, state = flattened(points, triangles, starts, most=len(triangles) - 1)
+    assert state.tolist() == [NOT_TRIED]
+    assert (uv == 0.0).all() and (squared == 1.0).all()
+
+
 def test_charts_do_not_depend_on_one_another_or_on_threads() -> None:
     meshes = [tube(8), dome(12, 5), waves(20, 1.0), dome(40, 20), tube(1, 1), dome(3, 1), waves(9, 0.3)]
     first = np.cumsum([0] + [len(points) for points, _ in meshes])
@@ -250,7 +284,7 @@ def test_charts_do_not_depend_on_one_another_or_on_threads() -> None:
     triangles = np.concatenate([start + mesh[1] for start, mesh in zip(first, meshes, strict=False)])
     alone = np.concatenate([flatten_one(mesh)[0] for mesh in meshes])
     for threads in (1, 3):
-        uv, state = flattened(points, triangles, starts, threads=threads)
+        uv, _, state = flattened(points, triangles, starts, threads=threads)
         assert (state == FLATTENED).all()
         assert (uv == alone).all()
 
@@ -275,9 +309,9 @@ def test_random_disks_with_random_points() -> None:
 
 
 def test_no_charts_and_an_empty_one() -> None:
-    uv, state = flattened(np.zeros((2, 3)), np.empty((0, 3), np.int64), np.array([0]))
+    uv, _, state = flattened(np.zeros((2, 3)), np.empty((0, 3), np.int64), np.array([0]))
     assert (uv.shape, state.shape) == ((2, 2), (0,))
-    _, state = flattened(np.zeros((0, 3)), np.empty((0, 3), np.int64), np.array([0, 0]))
+    _, _, state = flattened(np.zeros((0, 3)), np.empty((0, 3), np.int64), np.array([0, 0]))
     assert state.tolist() == [NOT_A_DISK]
 
 

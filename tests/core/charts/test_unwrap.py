@@ -19,6 +19,7 @@ from occlusion_bake.tests.oracles.chart_layouts import (
     uv_area,
     waves,
 )
+from occlusion_bake.tests.oracles.charts import round_shapes
 
 
 @pytest.mark.parametrize("kind", MESHES)
@@ -112,6 +113,30 @@ def test_broken_meshes(kind: str) -> None:
     assert hits.max() == 1
 
 
+def test_faces_that_cover_nothing_change_nothing_of_a_curved_mesh() -> None:
+    """Each a polygon of its own, numbered between the others: (0, 0, 1) lies at two places."""
+    vertices, triangles, _ = waves(40)
+    middle = len(triangles) // 2
+    more = np.concatenate([triangles[:middle], [[0, 0, 1], [5, 6, 5], [7, 7, 7]], triangles[middle:]]).astype(np.int32)
+    uv = unwrap("waves", vertices, more).uv
+    assert np.array_equal(np.delete(uv, [middle, middle + 1, middle + 2], axis=0), unwrap("w", vertices, triangles).uv)
+
+
+def test_what_lies_flat_is_not_cut_for_others() -> None:
+    """A bent sheet of many triangles is one chart, whether there is a ball far away that has to be cut or not."""
+    side = np.linspace(0.0, 1.0, 50)
+    x, y = np.meshgrid(side, side)
+    sheet = np.stack([np.sin(x), y, np.cos(x)], axis=2).reshape(-1, 3)
+    at = np.arange(49)[:, None] * 50 + np.arange(49)
+    faces = np.stack([at, at + 1, at + 51, at, at + 51, at + 50], axis=2).reshape(-1, 3)
+    assert unwrap("sheet", sheet, faces).count == 1
+    ball = round_shapes.capsule(16, 8)
+    both = np.concatenate([sheet, 0.03 * ball.vertices + 5.0]).astype(np.float32)
+    charts = unwrap("both", both, np.concatenate([faces, ball.triangles + len(sheet)]).astype(np.int32))
+    assert charts.count > 2
+    assert len({*chart_of(charts.uv)[: len(faces)].tolist()}) == 1
+
+
 def test_collinear_corner_of_a_polygon_lies_on_its_edge() -> None:
     """A pentagon with a corner in the middle of a side: the triangle without area lies between its neighbours."""
     vertices = np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0]], np.float32)
@@ -155,3 +180,11 @@ def test_no_surface(value: float) -> None:
     with pytest.raises(InputError) as caught:
         unwrap("Flat", vertices * np.float32(value), triangles, polygons)
     one_line(caught, "Flat")
+
+
+def test_a_vertex_that_flew_away_is_told() -> None:
+    vertices, triangles, polygons = cube()
+    vertices[6] = 1e17
+    with pytest.raises(InputError) as caught:
+        unwrap("Blast", vertices, triangles, polygons)
+    assert "so far apart" in one_line(caught, "Blast")
