@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from dataclasses import dataclass
+from importlib.metadata import version
 from math import radians
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ...addon.cli.hard_exit import leave
 from ...addon.materials.mesh_layers import values_of
 from ...addon.read.mesh_arrays import corners_of
 from ...addon.typed import mesh_of
@@ -67,7 +69,8 @@ def by_smart_project(obj: bpy.types.Object) -> Layout:
 def by_xatlas(mesh: PolygonMesh) -> Layout | str:
     """xatlas at its defaults, or why it gave none. It gives the same again and may take minutes, so that what it gave
     is kept."""
-    digest = hashlib.blake2b(mesh.vertices.tobytes() + mesh.triangles.tobytes(), digest_size=8).hexdigest()
+    asked = f"{SIZE} {PADDING} {ACROSS} {LIMIT} {version('xatlas')}".encode()
+    digest = hashlib.blake2b(mesh.vertices.tobytes() + mesh.triangles.tobytes() + asked, digest_size=8).hexdigest()
     given, made, why = (_KEPT / f"{digest}{suffix}" for suffix in (".in.npz", ".npz", ".txt"))
     _KEPT.mkdir(parents=True, exist_ok=True)
     if not made.exists() and not why.exists():
@@ -111,3 +114,4 @@ def _main(given: Path, made: Path) -> None:
 
 if __name__ == "__main__":
     _main(Path(sys.argv[1]), Path(sys.argv[2]))
+    leave(0)
