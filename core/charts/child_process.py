@@ -60,8 +60,8 @@ def ask(name: str, question: Any, progress: Tell) -> Any:
     Other threads run meanwhile. `progress` is called every 0.05 s in the calling thread with the share and stage that
     the child has told last; once it raises (Cancelled), the child is killed. Raises InputError as the child does;
     NoUnwrapper, naming `name`, where it is killed, crashes, lacks memory or has a fault of ours, as this process might,
-    with its traceback in a note; NoAnswer where none can be asked: no Python of this release is found, a sandbox forbids
-    it, that Python cannot load numpy.
+    with its traceback in a note; NoAnswer where none can be asked: no Python of this release is found, a sandbox
+    forbids it, that Python cannot load numpy.
     """
     try:
         return _asked(name, question, progress)

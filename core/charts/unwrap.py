@@ -26,7 +26,7 @@ class Charts:
 
     uv: (T, 3, 2) float32 per corner in [0, 1], v up, no triangle mirrored. count: number of charts.
     utilisation: share of the square that is used. padding: texels kept free between charts, fewer than asked where the
-    charts are too many for the size. collapsed: triangles that have an area on the surface and none in the layout.
+    charts are too many for the size.
     """
 
     uv: Floats
@@ -34,7 +34,6 @@ class Charts:
     stretch: Stretch
     utilisation: float
     padding: int
-    collapsed: int
 
 
 def unwrap(
@@ -76,10 +75,9 @@ def unwrap(
 def _told(surface: Doubles, uv: Floats, sides: tuple[int, int], count: int, padding: int) -> Charts:
     final = uv.astype(np.float64)
     area = uv_area_of(final)
-    flat = (area_of(surface) > 0.0) & (area <= 0.0)
     used = float(area[area > 0.0].sum())
     stretch = stretch_of(surface, final * (np.array(sides) / max(sides)))  # as texels are square
-    return Charts(uv, count, stretch, used, padding, int(np.count_nonzero(flat)))
+    return Charts(uv, count, stretch, used, padding)
 
 
 def _normalised(name: str, vertices: Floats, triangles: Ints, polygons: Ints | None) -> tuple[Doubles, Longs, Longs]:

@@ -37,7 +37,6 @@ def charted(mesh: PolygonMesh, size: int = 256, padding: int = 2, most_stretch: 
     charts = unwrap("target", *mesh, size=size, padding=padding)
     found = assert_sound(mesh, charts, (size, size), padding, most_stretch)
     assert found.charts == charts.count
-    assert found.collapsed == 0
     return found
 
 

@@ -207,7 +207,7 @@ for i in range(5000):
     print("noise " * 20, file=sys.stderr)
 uv = np.repeat(np.arange(2_000_000, dtype=np.float32), 6).reshape(-1, 3, 2)
 stretch = dict(l2=1.0, p95=1.0, area=1.0, angle=1.0)
-charts = dict(uv=uv, count=1, stretch=stretch, utilisation=1.0, padding=4, collapsed=0)
+charts = dict(uv=uv, count=1, stretch=stretch, utilisation=1.0, padding=4)
 pickle.dump(("done", charts), sys.stdout.buffer)
 sys.stdout.flush()
 time.sleep(3600)
