@@ -17,6 +17,8 @@ from ...core.charts.unwrap import Charts
 from ...core.charts.unwrap_process import side_by_side_in_process, unwrap_in_process
 from ...core.progress import Progress
 from ...core.texels.rasterize import owners_by_centre
+from ..read.blender_state import object_mode
+from .chart_order import ChartOrder
 from .chart_parts import Part, seams_of
 from .chart_request import PADDING, ChartRequest
 from .smart_project import smart_unwrap
@@ -35,14 +37,15 @@ class ChartLayout:
     figures: ChartFigures
 
 
-def layout_steps(
-    context: bpy.types.Context, title: str, parts: Sequence[Part], request: ChartRequest, progress: Progress
-) -> Made:
-    """Lay the parts out, for a `Runner`. Raises InputError, NoUnwrapper and Cancelled."""
+def layout_steps(context: bpy.types.Context, order: ChartOrder, progress: Progress) -> Made:
+    """Make it, for a `Runner`. Raises InputError, NoUnwrapper and Cancelled."""
+    title, parts, request = order.title, order.parts, order.request
     bare = [part for part in parts if part.own is None]
     new: list[Floats] = []
     if bare and request.by_blender:
-        new = smart_unwrap(context, [part.obj for part in bare], in_world=bool(request.atlas))
+        with object_mode(context):
+            now = [part.obj for part in order.parts_now(context) if part.own is None]
+            new = smart_unwrap(context, now, in_world=bool(request.atlas))
     elif bare:
         alone = len(bare) == len(parts)
         charts: Charts = yield _unwrapping(

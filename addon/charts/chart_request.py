@@ -11,11 +11,6 @@ CHARTS, SMART = "charts", "smart"  # as the UV map of the options: make one, by 
 PADDING = 4  # texels between charts
 
 
-def layer_of(uv: str | None) -> str | None:
-    """The UV map that an object alone is baked onto, by the job's options; None: the active one."""
-    return CHART_MAP if uv in (CHARTS, SMART) else uv
-
-
 @dataclass(frozen=True)
 class ChartRequest:
     """What charts to make. uv: as in the job's options. atlas: its name, or empty. smart: by Blender, as ours could not

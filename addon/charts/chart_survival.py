@@ -20,7 +20,7 @@ def refused_charts(
 
     It is tried. Meshes that cannot be given a UV map are for others to refuse.
     """
-    remade = {ref: obj for ref, obj in objects.items() if remakes_mesh(obj) and takes_map(mesh_of(obj), layer)}
+    remade = {ref: obj for ref, obj in objects.items() if remakes_mesh(obj) and takes_map(obj, layer)}
     with tried_map(map(mesh_of, remade.values()), layer):
         kept = as_rendered(context, remade, lambda mesh: lays_out(mesh, layer))
         lost = {ref: obj for ref, obj in remade.items() if not kept[ref] or not has_faces(mesh_of(obj))}
@@ -39,7 +39,7 @@ def refused_map(
 ) -> dict[BlockRef, InputError]:
     """What to say of those that have a UV map of this name, and would not in a render."""
     lost = {
-        ref: obj for ref, obj in objects.items() if layer in mesh_of(obj).uv_layers and layer not in rendered[ref].names
+        ref: obj for ref, obj in objects.items() if layer not in rendered[ref].names and lays_out(mesh_of(obj), layer)
     }
     return {
         ref: InputError(

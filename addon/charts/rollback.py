@@ -1,71 +1,93 @@
-"""The chart maps of a mesh as they were, to put them back after work that came to nothing."""
+"""What was changed in meshes for charts, to be taken back after work that came to nothing."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import bpy
-import numpy as np
 
 from ...core.base.arrays import Floats
-from ..read.blender_state import synced
+from ..materials.mesh_layers import values_of
+from ..read.blender_state import object_mode
 from ..read.block_ref import BlockRef, find
 from ..typed import found_in, mesh_of
-from .chart_marks import OUR_NAMES, KeptMark, is_ours
+from .chart_marks import KeptMark, is_ours
 
 
 @dataclass(frozen=True, eq=False)
-class _ChartMap:
-    """uv: (loops, 2) float32, None where there was no such map. mark: of what it was made for."""
+class MapChange:
+    """What an object's mesh had before its UV map `layer` was made the active one or, where there is a mark, written.
+    active: the name of the active map, empty for none. mark: the map's. uv: (loops, 2) float32, None for no such map.
+    """
 
-    uv: Floats | None
-    mark: KeptMark
+    ref: BlockRef
+    layer: str
+    active: str
+    mark: KeptMark | None = None
+    uv: Floats | None = None
 
-
-_ChartMaps = dict[str, _ChartMap]  # by the UV map's name
+    @staticmethod
+    def of(ref: BlockRef, mesh: bpy.types.Mesh, layer: str, *, written: bool) -> MapChange:
+        """Before it, within `object_mode`."""
+        found: Any = found_in(mesh.uv_layers, layer) if written else None
+        uv = None if found is None else values_of(found.uv, "vector", len(mesh.loops), 2)
+        return MapChange(ref, layer, _active_name(mesh), KeptMark.of(mesh, layer) if written else None, uv)
 
 
 @contextmanager
-def chart_rollback(view_layer: bpy.types.ViewLayer, refs: Sequence[BlockRef], kept: list[BlockRef]) -> Iterator[None]:
-    """Put back the chart maps of all these objects that are not among the kept in the end; they share no mesh with one.
+def chart_rollback(
+    context: bpy.types.Context, changes: Sequence[MapChange], kept: Sequence[BlockRef]
+) -> Iterator[None]:
+    """Take back the changes to meshes that none of the objects that are kept in the end has.
 
-    What the artist has renamed or edited in the meantime stays. kept: filled by the work inside.
+    What the artist has renamed or edited in the meantime stays. changes, kept: filled by the work inside.
     """
-    found = ((ref, find(synced(view_layer), ref)) for ref in refs)
-    before = {ref: _read(mesh_of(obj)) for ref, obj in found if obj is not None and obj.type == "MESH"}
     try:
         yield
     finally:
-        left = {ref: find(bpy.data.objects, ref) for ref in before}  # less those that the artist has removed
-        used = {obj.data for ref in kept if (obj := left.get(ref))}
-        for ref, obj in left.items():
-            if obj is not None and obj.type == "MESH" and obj.data not in used:
-                for layer, chart_map in before[ref].items():
-                    _restore(mesh_of(obj), layer, chart_map)
+        used = [_mesh_of(ref) for ref in kept]
+        vain = [(mesh, each) for each in changes if (mesh := _mesh_of(each.ref)) is not None and mesh not in used]
+        if vain:
+            with object_mode(context):
+                for mesh, change in vain:
+                    _take_back(mesh, change)
 
 
-def _read(mesh: bpy.types.Mesh) -> _ChartMaps:
-    found = {}
-    for name in OUR_NAMES:
-        layer, uv = found_in(mesh.uv_layers, name), None
-        if layer is not None:
-            uv = np.empty((len(layer.uv), 2), dtype=np.float32)
-            layer.uv.foreach_get("vector", uv.reshape(-1))
-        found[name] = _ChartMap(uv, KeptMark.of(mesh, name))
-    return found
+def _mesh_of(ref: BlockRef) -> bpy.types.Mesh | None:
+    """None where the artist has removed or converted the object."""
+    obj = find(bpy.data.objects, ref)
+    return mesh_of(obj) if obj is not None and obj.type == "MESH" else None
 
 
-def _restore(mesh: bpy.types.Mesh, name: str, before: _ChartMap) -> None:
-    if before.mark.is_that_of(mesh, name):
-        return  # no charts were made
-    layer = found_in(mesh.uv_layers, name)
-    if layer is not None and not mesh.is_editmode and not is_ours(mesh, name):
+def _active_name(mesh: bpy.types.Mesh) -> str:
+    return mesh.uv_layers.active.name if mesh.uv_layers.active is not None else ""
+
+
+def _take_back(mesh: bpy.types.Mesh, change: MapChange) -> None:
+    if mesh.is_editmode:  # in another scene: its UVs are out of reach
         return
-    before.mark.restore(mesh, name)
-    if layer is not None and before.uv is None:
-        mesh.uv_layers.remove(layer)
-    elif layer is not None and before.uv is not None and len(layer.uv) == len(before.uv):
-        layer.uv.foreach_set("vector", before.uv.reshape(-1))
+    active = _active_name(mesh)
+    if change.mark is not None and not _restored(mesh, change, change.mark):
+        return
+    layer = found_in(mesh.uv_layers, change.active if active == change.layer else active)
+    if layer is not None:
+        mesh.uv_layers.active = layer
     mesh.update()
+
+
+def _restored(mesh: bpy.types.Mesh, before: MapChange, mark: KeptMark) -> bool:
+    """Whether a map and its mark are as they were, both or neither."""
+    layer: Any = found_in(mesh.uv_layers, before.layer)
+    if layer is None or not is_ours(mesh, before.layer):
+        return False
+    if before.uv is None:
+        mesh.uv_layers.remove(layer)
+    elif len(layer.uv) == len(before.uv):
+        layer.uv.foreach_set("vector", before.uv.reshape(-1))
+    else:
+        return False  # faces were added or removed
+    mark.restore(mesh, before.layer)
+    return True

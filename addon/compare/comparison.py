@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,22 +38,21 @@ from .projected import bake_projected, projection_onto
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """One image. objects: those in it; targets: the same, as they were baked, in `scene`. uv: the UV map, None: the
-    active one."""
+    """One image. objects: those in it; targets: the same, as they were baked, in `scene`. maps: the UV
+    maps that they are baked onto, where those are not the active ones."""
 
     baked: Baked
     objects: tuple[BlockRef, ...]
     targets: tuple[Instance, ...]
     job: BakeJob
     scene: Scene
-    uv: str | None = None
+    maps: Mapping[BlockRef, str]
 
     @classmethod
     def of(cls, result: Result, job: BakeJob, outcome: Outcome) -> Compared:
         """What a bake has delivered."""
         assert outcome.baker is not None
-        scene, uv = outcome.baker.scene, outcome.charting.layer
-        return cls(result.baked, result.objects, result.targets, job, scene, uv)
+        return cls(result.baked, result.objects, result.targets, job, outcome.baker.scene, outcome.charting.maps)
 
     @property
     def ours(self) -> BakedMap:
@@ -164,7 +163,7 @@ def _bake(
     surfaces = _surfaces(context, compared.job, ref)
     highs = compared.scene.highs.get(target.name)
     if highs is None:
-        return bake_ao(context, surfaces[0], how, compared.uv, around=around, tile=tile)
+        return bake_ao(context, surfaces[0], how, compared.maps.get(ref), around=around, tile=tile)
     return bake_projected(context, projection_onto(target, highs, tile), surfaces, how, around)
 
 

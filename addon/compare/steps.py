@@ -21,6 +21,7 @@ from ...core.maps.occlusion import AMBIENT
 from ...core.options.values import values_of
 from ...core.progress import Progress
 from ...core.settings import Settings
+from ..charts.rollback import chart_rollback
 from ..job.bake_job import BakeJob, bake_steps
 from ..job.outcome import Outcome
 from ..job.runner import Steps
@@ -64,7 +65,8 @@ def compare_into(
     """Bake and compare each object, the pictures into a folder.
 
     Returns objects: an entry for each image as reports have them, with `cycles`; total: of all, if they are several;
-    lines: what is to be told of all. Raises as the bake, and InputError where nothing can be compared.
+    lines: what is to be told of all. No charts are left behind. Raises as the bake, and InputError where nothing can be
+    compared.
     """
     outcome, entries, uncompared = Outcome(), list[Json](), list[str]()
     alone = replace(job, settings=ao_alone(job.settings))
@@ -78,7 +80,8 @@ def compare_into(
         else:
             entries.append({**object_entry(result.baked, {}), "cycles": cycles})
 
-    yield from bake_steps(context, alone, progress, outcome, deliver)
+    with chart_rollback(context, outcome.charting.changes, []):
+        yield from bake_steps(context, alone, progress, outcome, deliver)
     if not entries:
         raise InputError(uncompared[0])
     lines = [*outcome.notes, *outcome.refused, *uncompared]

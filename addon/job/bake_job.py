@@ -18,7 +18,7 @@ from ...core.progress import Progress
 from ...core.scene.scene import Instance, Scene
 from ...core.settings import Settings
 from ...core.texels.vertex_bake import check_corners, corner_image, with_corner_cells
-from ..charts.chart_job import ChartJob, chart_steps
+from ..charts.chart_job import chart_steps
 from ..charts.chart_request import ChartRequest
 from ..output.color_attributes import check_colours
 from ..output.result import Result
@@ -52,8 +52,8 @@ OWN_IMAGES = Layout()
 @dataclass(frozen=True)
 class BakeJob:
     """What to bake: objects. uv: a UV map's name, CHARTS or SMART, or None for the active one, charts where none
-    is. occluding: who blocks light. highs: what objects are baked from, where it is not their own surface. smart: let
-    Blender unwrap what we would, and could not."""
+    is. occluding: who blocks light. highs: what objects are baked from, where it is not their own surface. smart: those
+    that Blender unwraps where we would, and could not."""
 
     objects: tuple[BlockRef, ...]
     settings: Settings
@@ -61,7 +61,7 @@ class BakeJob:
     occluding: OccluderFilter = EVERYTHING
     highs: Mapping[BlockRef, HighMeshes] = field(default_factory=dict)
     layout: Layout = OWN_IMAGES
-    smart: bool = False
+    smart: frozenset[BlockRef] = frozenset()
 
 
 Deliver = Callable[[Result], None]
@@ -140,14 +140,14 @@ def prepared_charts(
 ) -> Generator[Callable[[], Any], Any, list[BlockRef]]:
     """`chart_steps` for these options, what it has to say in the outcome. Returns the objects to go on with. Raises as
     that, and InputError where none is left."""
-    layout = job.layout
-    request = ChartRequest(job.uv, layout.atlas, job.smart, job.settings.image.size, layout.udim)
-    outcome.charting = ChartJob(request, clock=outcome.clock)
-    yield from chart_steps(context, job.objects, outcome.charting, progress, then)
-    for ref, refusal in outcome.charting.refused.items():
+    charting, layout = outcome.charting, job.layout
+    charting.request = ChartRequest(job.uv, layout.atlas, size=job.settings.image.size, udim=layout.udim)
+    charting.smart, charting.clock = job.smart, outcome.clock
+    yield from chart_steps(context, job.objects, charting, progress, then)
+    for ref, refusal in charting.refused.items():
         outcome.refuse(ref, refusal)
-    outcome.notes += outcome.charting.notes
-    refs = [ref for ref in job.objects if ref not in outcome.charting.refused]
+    outcome.notes += charting.notes
+    refs = [ref for ref in job.objects if ref not in charting.refused]
     if not refs:
         raise InputError(outcome.complaint(len(job.objects)))
     return refs
@@ -215,12 +215,11 @@ def _read(
 ) -> tuple[Sequence[BlockRef], Scene]:
     """The scene with all targets, and which these are; those that cannot be read are refused. Raises InputError if all
     are."""
-    uv = None if job.layout.corners else outcome.charting.layer
 
     def read(these: Sequence[BlockRef]) -> tuple[Scene, list[str]]:
         request = SceneRequest(
             these,
-            uv,
+            outcome.charting.maps,
             job.occluding,
             job.highs,
             tangents=job.settings.needs_tangents,

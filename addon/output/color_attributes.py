@@ -16,15 +16,15 @@ from ...core.finish.map_images import title
 from ...core.scene.scene import Instance
 from ...core.texels.vertex_bake import corner_values
 from ..read.blender_state import object_mode
-from ..typed import found_in, library_of, mesh_of
+from ..read.writable_mesh import check_local, check_writable
+from ..typed import found_in, mesh_of
 
 _KIND: Any = ("FLOAT_COLOR", "CORNER")
 
 
 def check_colours(obj: bpy.types.Object, target: Instance, names: Iterable[str]) -> None:
     """Refuse, before a bake, a mesh that could not take its values. names: of the maps. Raises InputError."""
-    if (library := library_of(mesh_of(obj))) is not None:
-        raise InputError(f"{obj.name}: its mesh is linked from {library.filepath}; make it local first")
+    check_local(obj, obj.name)
     if not _has_corners(mesh_of(obj), target):
         raise InputError(f"{obj.name}: its modifiers make other faces than the mesh has; apply them, or bake a texture")
     _check_names(obj, map(title, names))
@@ -53,14 +53,9 @@ def store_colours(context: bpy.types.Context, obj: bpy.types.Object, target: Ins
 
 @contextmanager
 def _written_to(context: bpy.types.Context, obj: bpy.types.Object) -> Iterator[None]:
-    """Out of Edit Mode for the time, where the mesh is in it. Raises InputError where it cannot be got out of it, or is
-    sculpted so that what is written would be lost."""
-    mesh: Any = mesh_of(obj)
-    with object_mode(context) if mesh.is_editmode else nullcontext():
-        if mesh.is_editmode:
-            raise InputError(f"{obj.name}: it is in Edit Mode in another scene; leave that, and bake again")
-        if obj.use_dynamic_topology_sculpting:
-            raise InputError(f"{obj.name}: it is sculpted with Dyntopo; leave that, and bake again")
+    """Out of Edit Mode for the time, where the mesh is in it. Raises InputError as `check_writable`."""
+    with object_mode(context) if mesh_of(obj).is_editmode else nullcontext():
+        check_writable(obj, obj.name)
         yield
 
 

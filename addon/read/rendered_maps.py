@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -30,6 +30,8 @@ _KEEPING = {
     *("CLOTH", "COLLISION", "PARTICLE_SYSTEM", "SOFT_BODY", "SURFACE"),
 }
 
+_FIRST = 1024  # triangles
+
 Objects = Mapping[BlockRef, bpy.types.Object]
 
 _Answer = TypeVar("_Answer")
@@ -37,8 +39,8 @@ _Answer = TypeVar("_Answer")
 
 @dataclass(frozen=True)
 class RenderedMaps:
-    """has_faces: whether there is anything to bake. names: of the UV maps. active: which is baked onto where none is
-    asked for, None where none can be. Of what modifiers make, maps in which no face has an area do not count."""
+    """has_faces: whether there is anything to bake. names: of the UV maps in which a face has an area. active: which is
+    baked onto where none is asked for, None where none can be."""
 
     has_faces: bool
     names: tuple[str, ...]
@@ -47,10 +49,9 @@ class RenderedMaps:
 
 def rendered_maps(context: bpy.types.Context, objects: Objects) -> dict[BlockRef, RenderedMaps]:
     """Of mesh objects."""
-    meshes = {ref: mesh_of(obj) for ref, obj in objects.items()}
-    as_made = {ref: _maps_of(mesh, [layer.name for layer in mesh.uv_layers]) for ref, mesh in meshes.items()}
     remade = {ref: obj for ref, obj in objects.items() if remakes_mesh(obj)}
-    return as_made | as_rendered(context, remade, _maps_that_lay_out)
+    as_made = {ref: _maps_of(mesh_of(obj)) for ref, obj in objects.items() if ref not in remade}
+    return as_made | as_rendered(context, remade, _maps_of)
 
 
 def remakes_mesh(obj: bpy.types.Object) -> bool:
@@ -120,14 +121,12 @@ def lays_out(mesh: bpy.types.Mesh, name: str) -> bool:
     layer: Any = found_in(mesh.uv_layers, name)
     if layer is None:
         return False
-    uv = values_of(layer.uv, "vector", len(mesh.loops), 2)[corners_of(mesh)]
-    return bool((abs(uv_area_of(uv.astype("f8"))) > 0.0).any())
+    uv, corners = values_of(layer.uv, "vector", len(mesh.loops), 2), corners_of(mesh)
+    parts = corners[:_FIRST], corners[_FIRST:]  # of nearly all maps the first tell
+    return any(bool((abs(uv_area_of(uv[part].astype("f8"))) > 0.0).any()) for part in parts)
 
 
-def _maps_that_lay_out(mesh: bpy.types.Mesh) -> RenderedMaps:
-    return _maps_of(mesh, [layer.name for layer in mesh.uv_layers if lays_out(mesh, layer.name)])
-
-
-def _maps_of(mesh: bpy.types.Mesh, names: Sequence[str]) -> RenderedMaps:
+def _maps_of(mesh: bpy.types.Mesh) -> RenderedMaps:
+    names = tuple(layer.name for layer in mesh.uv_layers if lays_out(mesh, layer.name))
     active = active_map(mesh)
-    return RenderedMaps(has_faces(mesh), tuple(names), active.name if active and active.name in names else None)
+    return RenderedMaps(has_faces(mesh), names, active.name if active and active.name in names else None)

@@ -32,13 +32,13 @@ from .occluder_filter import EVERYTHING, OccluderFilter
 
 @dataclass(frozen=True)
 class SceneRequest:
-    """What to read. targets: mesh objects in the view layer. uv: the UV map to bake onto, by default the active one.
+    """What to read. targets: mesh objects in the view layer. uv: the UV maps to bake onto, by default the active ones.
     occluding: who occludes of what renders. highs: what targets are baked from. tangents: the targets' are read, where
     they have UVs; normal_maps: those that reach the normals of their materials are, but for those that are baked from
     others."""
 
     targets: Sequence[BlockRef]
-    uv: str | None = None
+    uv: Mapping[BlockRef, str] = field(default_factory=dict)
     occluding: OccluderFilter = EVERYTHING
     highs: Mapping[BlockRef, HighMeshes] = field(default_factory=dict)
     tangents: bool = False
@@ -159,8 +159,10 @@ def _read(depsgraph: bpy.types.Depsgraph, wanted: _Wanted) -> _Found:
             raise InputError(_absence(obj, wanted.labels[obj.session_uid]))
     baked = {found.targets[obj.as_pointer()][1] for obj in wanted.targets}
     chosen = {key: name for name, key, *_ in found.targets.values()}
+    own = zip(wanted.refs, wanted.targets, strict=True)
+    maps = {found.targets[obj.as_pointer()][1]: request.uv.get(ref) for ref, obj in own}
     found.meshes = {
-        key: read_surface(mesh, chosen[key], request.uv, unwrapped=key in baked, tangents=request.tangents)
+        key: read_surface(mesh, chosen[key], maps.get(key), unwrapped=key in baked, tangents=request.tangents)
         if key in chosen
         else read_shape(mesh)
         for key, (_, mesh, _) in found.seen.items()

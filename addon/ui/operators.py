@@ -72,12 +72,12 @@ class _BakeOperator(LongOperator):
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
         request, outcome = self.request(context), Outcome()
+        atlas, settings = request.job.layout.atlas, request.job.settings
+        request.destination.check([atlas] if atlas else [ref.label for ref in request.job.objects], settings)
         job = _second_press(context, request.job)
-        owners = [job.layout.atlas] if job.layout.atlas else [ref.label for ref in job.objects]
-        request.destination.check(owners, job.settings)
         show_lines(context, [])
         self.states = outcome.states
-        with tile_files() as tiles, chart_rollback(view_layer_in(context), job.objects, outcome.finished):
+        with tile_files() as tiles, chart_rollback(context, outcome.charting.changes, outcome.finished):
             deliver = self._deliverer(context, request, outcome, tiles)
             try:
                 yield from bake_steps(context, job, progress, outcome, deliver)
@@ -97,7 +97,7 @@ class _BakeOperator(LongOperator):
 
         def deliver(result: Result) -> None:
             found, baked = _still_there(result, outcome), result.baked
-            put(context, result, found, request, outcome.charting.layer, tiles)
+            put(context, result, found, request, tiles)
             for _, obj, target in found:
                 viewport_overlay.show(obj, target, baked, anew=result.is_first)
             result_in(context).overlapping |= baked.surface.overlapped > 0
@@ -165,7 +165,7 @@ class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
         kept: list[BlockRef] = []
         uv = job.uv if job.uv == SMART else CHARTS
         show_lines(context, [])
-        with chart_rollback(view_layer_in(context), job.objects, kept):
+        with chart_rollback(context, outcome.charting.changes, kept):
             try:
                 kept += yield from prepared_charts(context, replace(job, uv=uv), progress, outcome)
             finally:
@@ -190,8 +190,7 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
         # A child Blender bakes beside the window; Blender as a module has no program to start.
         compared = compare_in_child if bpy.app.binary_path and not bpy.app.background else compare_here
         samples = settings_in(context).cycles_samples
-        with chart_rollback(view_layer_in(context), job.objects, []):
-            yield from compared(context, job, samples, progress, self._finish)
+        yield from compared(context, job, samples, progress, self._finish)
 
     def _finish(self, context: bpy.types.Context, report: dict[str, Any]) -> None:
         entries = report["objects"]
@@ -266,15 +265,15 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
 
 
 def _second_press(context: bpy.types.Context, job: BakeJob) -> BakeJob:
-    """After one that told that the making of charts broke down, Blender unwraps."""
+    """Blender unwraps the objects of which the last one told that the making of their charts broke down."""
     shown = result_in(context)
-    smart, shown.asked = shown.asked, False
-    return replace(job, smart=smart)
+    asked, shown.asked = shown.asked.split(), ""
+    return replace(job, smart=frozenset(ref for ref in job.objects if str(ref.uid) in asked))
 
 
 def _ask_for_second_press(context: bpy.types.Context, outcome: Outcome) -> None:
-    refused = outcome.charting.refused.values()
-    result_in(context).asked = any(isinstance(each, NoUnwrapper) for each in refused)
+    refused = outcome.charting.refused.items()
+    result_in(context).asked = " ".join(str(ref.uid) for ref, why in refused if isinstance(why, NoUnwrapper))
 
 
 _Found = tuple[BlockRef, bpy.types.Object, Instance]  # an object, as it is, and as it was baked
@@ -308,11 +307,10 @@ def put(
     result: Result,
     found: Sequence[_Found],
     request: BakeRequest,
-    layer: str | None,
     tiles: TileFiles,
 ) -> None:
-    """The maps of a result to where they go. found: the objects that are left. layer: the UV map that they are for,
-    None for the active one. tiles: keeps those of a UDIM layout until all are there."""
+    """The maps of a result to where they go. found: the objects that are left. tiles: keeps those of a UDIM layout
+    until all are there."""
     job, destination = request.job, request.destination
     if job.layout.corners:
         store_colours(context, found[0][1], result.target, result.baked)
@@ -324,7 +322,7 @@ def put(
     by_place: dict[tuple[str | None, bool], list[bpy.types.Object]] = {}
     for ref, obj, target in found:
         turned = target.normal_map is not None or ref in job.highs
-        by_place.setdefault((layer or _shown_map(obj, target), turned), []).append(obj)
+        by_place.setdefault((_shown_map(obj, target), turned), []).append(obj)
     for (uv, turned), objects in by_place.items():
         for obj in objects:
             result.baked.warnings += link_images(

@@ -66,7 +66,7 @@ class OcclusionBakeResult(bpy.types.PropertyGroup):
             update=_show_or_hide,
         ),
         "overlapping": props.BoolProperty(options={"SKIP_SAVE"}),  # whether UVs overlap of what was baked
-        "asked": props.BoolProperty(options={"SKIP_SAVE"}),  # whether the next press lets Blender unwrap
+        "asked": props.StringProperty(options={"SKIP_SAVE"}),  # session_uids of whom the next press lets Blender unwrap
     }
 
 

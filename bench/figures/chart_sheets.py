@@ -39,7 +39,8 @@ _FROM = np.array([0.45, -1.0, 0.5])  # the right, the front, above
 
 def draw(obj: bpy.types.Object, mesh: PolygonMesh, uv: Floats, path: Path) -> None:
     """Write the picture as a PNG; gives the object the UVs, and materials. uv: (T, 3, 2), by `base_triangles`."""
-    write_uv(bpy.context, obj, "Charts", uv, base_triangles(bpy.context, obj).loops, activate=True)
+    write_uv(bpy.context, obj, "Charts", uv, base_triangles(bpy.context, obj).loops)
+    mesh_of(obj).uv_layers.active = mesh_of(obj).uv_layers["Charts"]
     chart = charts_of(mesh, uv)
     ao = _baked(obj.name)
     checker = _filled(_tinted(uv, chart, _TEXELS), rounds=3) * _squares(_TEXELS)

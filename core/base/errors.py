@@ -17,8 +17,8 @@ class NoUnwrapper(InputError):
     def __init__(self, name: str, why: str) -> None:
         self.why = why
         super().__init__(
-            f"{name}: it needs UV charts and {why}; press Bake again for Blender's own unwrap, Smart UV Project (in "
-            "the command: --uv smart)"
+            f"{name}: it needs UV charts and {why}; for Blender's own unwrap press Bake or Make UV Charts again, or "
+            "choose Smart UV Project as the UV map (in the command: --uv smart)"
         )
 
 

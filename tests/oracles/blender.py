@@ -87,9 +87,11 @@ def refs(*names: str) -> tuple[BlockRef, ...]:
     return tuple(refs_of_words(bpy.data.objects, names))
 
 
-def read(names: Sequence[str], **request: Any) -> tuple[Scene, list[str]]:
-    """These objects as targets, by `read_scene`; request: fields of its SceneRequest."""
-    return read_scene(bpy.context, view_layer_in(bpy.context), SceneRequest(refs(*names), **request))
+def read(names: Sequence[str], uv: str | None = None, **request: Any) -> tuple[Scene, list[str]]:
+    """These objects as targets, by `read_scene`. uv: the UV map of all; request: other fields of its SceneRequest."""
+    targets = refs(*names)
+    maps = {} if uv is None else dict.fromkeys(targets, uv)
+    return read_scene(bpy.context, view_layer_in(bpy.context), SceneRequest(targets, maps, **request))
 
 
 def set_panel(**values: Any) -> Any:

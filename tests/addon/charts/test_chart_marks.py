@@ -11,7 +11,6 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.chart_marks import ATLAS_MAP, CHART_MAP, is_ours, mark_of, set_mark  # noqa: E402
-from occlusion_bake.addon.charts.rollback import chart_rollback  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
 from occlusion_bake.tests.oracles.blender import bake_onto, press, select, set_panel  # noqa: E402
 
@@ -244,38 +243,3 @@ def test_marks_are_kept_in_the_file(tmp_path: Any) -> None:
     assert is_ours(obj.data, CHART_MAP)
     move_a_face(obj)
     assert not is_ours(obj.data, CHART_MAP)
-
-
-# Work that comes to nothing
-
-
-def rolled_back(obj: Any, act: Callable[[], Any]) -> None:
-    with chart_rollback(bpy.context.view_layer, blender.refs(obj.name), []):
-        act()
-
-
-def test_what_was_made_in_vain_is_taken_back() -> None:
-    obj = charted()
-    before, mark = uvs(obj), dict(obj.data.items())[KEY]
-    set_panel(width=128)
-    rolled_back(obj, lambda: bake_onto("Bare"))
-    assert uvs(obj) == before and obj.data[KEY] == mark and is_ours(obj.data, CHART_MAP)
-    fresh = blender.bare_cube("Fresh")
-    rolled_back(fresh, lambda: bake_onto("Fresh"))
-    assert names(fresh) == [] and not [key for key in fresh.data.keys() if "occlusion" in key]  # noqa: SIM118
-
-
-def test_what_the_artist_did_meanwhile_is_not() -> None:
-    def rename() -> None:
-        bake_onto("Renamed")
-        renamed.data.uv_layers[CHART_MAP].name = "Mine"
-
-    def edit() -> None:
-        bake_onto("Edited")
-        move_a_face(edited)
-
-    renamed, edited = blender.bare_cube("Renamed"), blender.bare_cube("Edited")
-    rolled_back(renamed, rename)
-    rolled_back(edited, edit)
-    assert names(renamed) == ["Mine"] and names(edited) == [CHART_MAP]
-    assert not is_ours(edited.data, CHART_MAP)

@@ -11,7 +11,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.base_mesh import base_triangles  # noqa: E402
-from occlusion_bake.addon.charts.uv_maps import write_uv  # noqa: E402
+from occlusion_bake.addon.charts.uv_maps import check_map, write_uv  # noqa: E402
 from occlusion_bake.addon.read.depsgraph import evaluated  # noqa: E402
 from occlusion_bake.addon.read.mesh_arrays import corners_of  # noqa: E402
 from occlusion_bake.addon.read.scene_reader import SceneRequest, read_scene  # noqa: E402
@@ -490,8 +490,8 @@ def test_linked_library_objects_occlude_and_can_be_targets(tmp_path: Path) -> No
     scene = take("Lib Cube")
     assert names(scene) == ["Lib Cube"] and scene.targets[0].mesh.uv is not None
     assert len(base_triangles(bpy.context, wanted.objects[0]).triangles) == 12
-    with pytest.raises(InputError, match=r"^Lib Cube: its mesh is linked from .+; make the mesh local first$"):
-        write_uv(bpy.context, wanted.objects[0], "Charts", scene.targets[0].mesh.uv, np.zeros((12, 3), np.int32))
+    with pytest.raises(InputError, match=r"^Lib Cube: its mesh is linked from .+; make it local first$"):
+        check_map(wanted.objects[0], "Lib Cube", "Charts")
 
 
 def test_base_triangles_are_those_before_modifiers() -> None:
@@ -510,8 +510,7 @@ def charted(obj: Any, offset: float) -> tuple[Any, Any]:
 
 
 @pytest.mark.parametrize("mode", ["OBJECT", "EDIT"])
-@pytest.mark.parametrize("activate", [False, True])
-def test_a_written_uv_map_comes_back_and_leaves_the_others(mode: str, activate: bool) -> None:
+def test_a_written_uv_map_comes_back_and_leaves_the_others(mode: str) -> None:
     obj = add("Folded", folded())
     bpy.context.view_layer.objects.active = obj
     obj.select_set(True)
@@ -519,11 +518,11 @@ def test_a_written_uv_map_comes_back_and_leaves_the_others(mode: str, activate: 
     bpy.ops.object.mode_set(mode=mode)
     for offset in (0.0, 0.5):
         uv, loops = charted(obj, offset)
-        assert write_uv(bpy.context, obj, "Charts", uv, loops, activate=activate) == "Charts"
+        write_uv(bpy.context, obj, "Charts", uv, loops)
         np.testing.assert_array_equal(take("Folded", uv="Charts").targets[0].mesh.uv, uv)
     assert obj.mode == mode
     assert [layer.name for layer in obj.data.uv_layers] == ["Map", "Charts"]
-    assert obj.data.uv_layers.active.name == ("Charts" if activate else "Map")
+    assert obj.data.uv_layers.active.name == "Map"
     assert obj.data.uv_layers["Map"].active_render
     np.testing.assert_array_equal(take("Folded", uv="Map").targets[0].mesh.uv, original)
 
