@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 
 from ...addon.read.block_ref import BlockRef, refs_of_words
+from ...addon.read.mesh_arrays import corners_of
 from ...addon.read.scene_reader import SceneRequest, read_scene
 from ...addon.typed import Node, Socket, mesh_of, pixels_in, scene_in, view_layer_in
 from ...core.base.arrays import Floats
@@ -122,6 +123,19 @@ def bake_onto(*names: str) -> set[str]:
     """Bake these objects by the button, the last of them active."""
     select(*(bpy.data.objects[name] for name in reversed(names)))
     return press()
+
+
+def uv_of(meant: bpy.types.Mesh, name: str | None = None) -> Floats:
+    """(L, 2) float32 of a UV map, by default the active one: a pair for each corner of each polygon."""
+    layer: Any = meant.uv_layers.active if name is None else meant.uv_layers[name]
+    uv = np.empty((len(meant.loops), 2), np.float32)
+    layer.uv.foreach_get("vector", uv.reshape(-1))
+    return uv
+
+
+def triangle_uv(meant: bpy.types.Mesh, name: str | None = None) -> Floats:
+    """(T, 3, 2) float32 of a UV map, by default the active one."""
+    return uv_of(meant, name)[corners_of(meant)]
 
 
 def pixels(image: bpy.types.Image | str) -> Floats:

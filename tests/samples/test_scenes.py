@@ -15,6 +15,7 @@ from mathutils import Vector  # noqa: E402
 from mathutils.bvhtree import BVHTree  # noqa: E402
 from occlusion_bake.samples import foliage, scenes, thousands  # noqa: E402
 from occlusion_bake.samples.stage import Sample  # noqa: E402
+from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 Doubles = NDArray[np.float64]
 GRID = 1024
@@ -43,11 +44,7 @@ def _evaluated(name: str) -> bpy.types.Mesh:
 
 def _uv_triangles(mesh: bpy.types.Mesh) -> Doubles:
     """(T, 3, 2)."""
-    uv = np.empty(2 * len(mesh.loops), dtype=np.float32)
-    mesh.uv_layers.active.uv.foreach_get("vector", uv)
-    loops = np.empty(3 * len(mesh.loop_triangles), dtype=np.int32)
-    mesh.loop_triangles.foreach_get("loops", loops)
-    return uv.reshape(-1, 2)[loops].reshape(-1, 3, 2).astype(np.float64)
+    return blender.triangle_uv(mesh).astype(np.float64)
 
 
 def _hits(triangles: Doubles, size: int) -> NDArray[np.int64]:

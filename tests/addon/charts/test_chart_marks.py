@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
@@ -27,9 +26,7 @@ def said() -> str:
 
 
 def uvs(obj: Any, name: str = CHART_MAP) -> bytes:
-    values = np.empty(2 * len(obj.data.loops), np.float32)
-    obj.data.uv_layers[name].uv.foreach_get("vector", values)
-    return values.tobytes()
+    return blender.uv_of(obj.data, name).tobytes()
 
 
 def names(obj: Any) -> list[str]:

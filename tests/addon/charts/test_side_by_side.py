@@ -41,9 +41,7 @@ def quads(name: str, *boxes: Sequence[float], location: Sequence[float] = (0, 0,
 
 def layout(obj: Any, name: str = ATLAS_MAP) -> Any:
     """(F, 4, 2) UVs of a mesh of quads."""
-    uv = np.empty(2 * len(obj.data.loops), np.float32)
-    obj.data.uv_layers[name].uv.foreach_get("vector", uv)
-    return uv.reshape(-1, 4, 2)
+    return blender.uv_of(obj.data, name).reshape(-1, 4, 2)
 
 
 def texels(obj: Any, size: int = 64) -> Any:
@@ -175,9 +173,7 @@ def test_of_triangles_that_share_no_vertices_charts_stay_whole() -> None:
     blender.plane("Other", location=(0, 5, 0))
     bake_onto("Loose", "Other")
     assert "Set: 2 charts" in said()
-    made = np.empty(12, np.float32)
-    loose.data.uv_layers[ATLAS_MAP].uv.foreach_get("vector", made)
-    made = made.reshape(2, 3, 2)
+    made = blender.triangle_uv(loose.data, ATLAS_MAP)
     np.testing.assert_array_equal(made[0, [0, 2]], made[1, [0, 1]])
 
 

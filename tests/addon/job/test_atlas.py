@@ -39,12 +39,7 @@ def settings() -> Any:
 
 def layout(obj: Any, name: str) -> Any:
     """(T, 3, 2) UVs of an object's map."""
-    mesh = obj.data
-    uv = np.empty(2 * len(mesh.loops), np.float32)
-    mesh.uv_layers[name].uv.foreach_get("vector", uv)
-    corners = np.empty(3 * len(mesh.loop_triangles), np.int32)
-    mesh.loop_triangles.foreach_get("loops", corners)
-    return uv.reshape(-1, 2)[corners.reshape(-1, 3)]
+    return blender.triangle_uv(obj.data, name)
 
 
 def covered(obj: Any, name: str, size: int = 256) -> Any:

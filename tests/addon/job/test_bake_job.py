@@ -28,12 +28,7 @@ pytestmark = pytest.mark.usefixtures("empty_scene")
 
 def uvs(obj: Any) -> dict[str, bytes]:
     """Every UV map of the mesh, bit for bit."""
-    found = {}
-    for layer in obj.data.uv_layers:
-        values = np.empty(2 * len(layer.uv), np.float32)
-        layer.uv.foreach_get("vector", values)
-        found[layer.name] = values.tobytes()
-    return found
+    return {layer.name: blender.uv_of(obj.data, layer.name).tobytes() for layer in obj.data.uv_layers}
 
 
 def go(*names: str, uv: str | None = None, progress: Progress | None = None, **settings: Any) -> tuple[Outcome, Any]:

@@ -67,11 +67,9 @@ def sphere() -> Any:
     obj = bpy.context.object
     obj.name = "Ball"
     obj.data.shade_smooth()
-    first = obj.data.uv_layers[0]
-    uv = np.empty(2 * len(obj.data.loops), np.float32)
-    first.uv.foreach_get("vector", uv)
+    uv = blender.uv_of(obj.data)
     second = obj.data.uv_layers.new(name="Second")
-    second.uv.foreach_set("vector", (uv.reshape(-1, 2) @ np.float32([[0, 2], [-2, 0]])).ravel())
+    second.uv.foreach_set("vector", (uv @ np.float32([[0, 2], [-2, 0]])).ravel())
     obj.data.uv_layers.active = obj.data.uv_layers[0]
     obj.data.uv_layers[0].active_render = True
     return obj

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ....core.base.arrays import Doubles, Longs, Reals
+from ....core.base.arrays import Doubles, Floats, Longs, Reals
 from ....core.charts.unwrap import Charts
 from .overlaps import least_height, overlaps
 from .polygon_mesh import PolygonMesh
@@ -55,13 +55,13 @@ def judged(mesh: PolygonMesh, uv: Reals, size: tuple[int, int], enough: int = 4)
         charts=len(np.unique(chart[shown])),
         l2=l2,
         p95=p95,
-        used=float(np.abs(_areas(texels)).sum() / (size[0] * size[1])),
+        used=float(np.abs(uv_areas(texels)).sum() / (size[0] * size[1])),
         padding=kept_padding(texels[shown], chart[shown], *size, enough),
         overlaps=len(found),
         deepest=float(depth.max(initial=0.0)),
         mirrored=int(np.count_nonzero(least_height(texels) < -ROUNDING * max(size))),
         collapsed=int(
-            np.count_nonzero((_areas(texels) == 0.0) & (_wanted_height(mesh, texels) > ROUNDING * max(size)))
+            np.count_nonzero((uv_areas(texels) == 0.0) & (_wanted_height(mesh, texels) > ROUNDING * max(size)))
         ),
         outside=float(np.maximum(-texels, texels - size).max(initial=0.0)),
         uneven=unevenness(mesh, texels, chart),
@@ -73,17 +73,9 @@ def assert_sound(
     mesh: PolygonMesh, charts: Charts, size: tuple[int, int], padding: int, most_stretch: float | None = 1.1
 ) -> Judgement:
     """All that holds of our own layouts, whatever the mesh. most_stretch: None for a mesh that is no surface."""
-    uv = charts.uv
-    assert uv.shape == (len(mesh.triangles), 3, 2) and uv.dtype == np.float32 and np.isfinite(uv).all()
-    assert uv.min() >= 0.0 and uv.max() <= 1.0
-    found = judged(mesh, uv, size, padding)
-    assert found.overlaps == 0, found
-    assert found.mirrored == 0, found
-    assert found.torn == 0, found
-    assert found.collapsed == 0, found
+    found = assert_sound_layout(mesh, charts.uv, size, padding)
     assert 0 <= charts.padding <= padding
     assert charts.padding == 0 or found.padding >= charts.padding, found
-    assert found.uneven <= DENSITY, found
     assert abs(found.used - charts.utilisation) <= 1e-4 and 0.0 < charts.utilisation <= 1.0, found
     if most_stretch is not None:
         assert found.l2 <= most_stretch and found.p95 <= 1.5, found
@@ -91,11 +83,24 @@ def assert_sound(
     return found
 
 
+def assert_sound_layout(mesh: PolygonMesh, uv: Floats, size: tuple[int, int], padding: int = 4) -> Judgement:
+    """As `assert_sound`, of UVs of which nothing else is known."""
+    assert uv.shape == (len(mesh.triangles), 3, 2) and uv.dtype == np.float32 and np.isfinite(uv).all()
+    assert uv.min() >= 0.0 and uv.max() <= 1.0
+    found = judged(mesh, uv, size, padding)
+    assert found.overlaps == 0, found
+    assert found.mirrored == 0, found
+    assert found.torn == 0, found
+    assert found.collapsed == 0, found
+    assert found.uneven <= DENSITY, found
+    return found
+
+
 def _wanted_height(mesh: PolygonMesh, texels: Doubles) -> Doubles:
     """(T,): how many texels high a triangle is over its longest side, at the density of the whole layout."""
     corners, area = mesh.corners, surface_areas(mesh)
     longest = np.linalg.norm(corners - corners[:, [1, 2, 0]], axis=2).max(axis=1)
-    scale = np.sqrt(np.abs(_areas(texels)).sum() / max(area.sum(), np.finfo(np.float64).tiny))
+    scale = np.sqrt(np.abs(uv_areas(texels)).sum() / max(area.sum(), np.finfo(np.float64).tiny))
     height: Doubles = 2.0 * area * scale / np.maximum(longest, np.finfo(np.float64).tiny)
     return height
 
@@ -134,7 +139,7 @@ def stretch(corners: Doubles, uv: Doubles) -> tuple[float, float]:
     The mean of the squared singular values of a linear map is its Dirichlet energy over the area, which is a sum of
     cotangents (Pinkall and Polthier 1993, "Computing discrete minimal surfaces and their conjugates").
     """
-    area, flat = _surface_areas(corners), np.abs(_areas(uv))
+    area, flat = _surface_areas(corners), np.abs(uv_areas(uv))
     good = (area > 0.0) & (flat > 0.0)
     if not good.any():
         return np.inf, np.inf
@@ -155,7 +160,7 @@ def unevenness(mesh: PolygonMesh, texels: Doubles, chart: Longs) -> float:
 
     Charts that are to have less than MEASURED texels are not looked at.
     """
-    flat, area = np.bincount(chart, np.abs(_areas(texels))), np.bincount(chart, surface_areas(mesh))
+    flat, area = np.bincount(chart, np.abs(uv_areas(texels))), np.bincount(chart, surface_areas(mesh))
     known = (flat > 0.0) & (area > 0.0)
     if not known.any():
         return 0.0
@@ -202,8 +207,9 @@ def _surface_areas(corners: Doubles) -> Doubles:
     return areas
 
 
-def _areas(uv: Doubles) -> Doubles:
+def uv_areas(uv: Reals) -> Doubles:
     """(T,) in the layout, below 0 where mirrored."""
-    x, y = uv[..., 0], uv[..., 1]
-    areas: Doubles = 0.5 * ((x * np.roll(y, -1, axis=1)).sum(axis=1) - (y * np.roll(x, -1, axis=1)).sum(axis=1))
+    corners = uv.astype(np.float64)
+    p, q = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    areas: Doubles = 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
     return areas
