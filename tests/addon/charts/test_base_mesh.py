@@ -10,6 +10,7 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts.base_mesh import base_triangles  # noqa: E402
+from occlusion_bake.core.charts.unwrap import unwrap  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
 
 pytestmark = pytest.mark.usefixtures("empty_scene")
@@ -86,6 +87,18 @@ def test_flat_faces_beside_others_are_no_more_than_flat() -> None:
     mesh.edges.add(1)
     mesh.edges[-1].vertices = (0, 6)
     assert marked(mesh) == set()
+
+
+@pytest.mark.parametrize("mark", ["use_seam", "use_edge_sharp"])
+def test_marks_are_borders_of_charts_where_they_close_one(mark: str) -> None:
+    """Two rows of quads are parted once all edges between them are marked."""
+    rows = [(x, y, 0) for y in range(3) for x in range(3)]
+    obj = blender.mesh("Rows", rows, [(i, i + 1, i + 4, i + 3) for i in (0, 1, 3, 4)])
+    for ends, count in (((3, 4), 1), ((4, 5), 2)):
+        setattr(edge(obj.data, *ends), mark, True)
+        base = base_triangles(bpy.context, obj)
+        charts = unwrap("Rows", base.vertices, base.triangles, base.polygons, size=64, seams=base.seams)
+        assert charts.count == count
 
 
 def test_seams_of_an_edit_in_progress() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
+from typing import Any
+
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import InputError
@@ -20,6 +23,7 @@ from occlusion_bake.tests.oracles.chart_layouts import (
     waves,
 )
 from occlusion_bake.tests.oracles.charts import round_shapes
+from occlusion_bake.tests.oracles.charts.polygon_mesh import PolygonMesh, net
 
 
 @pytest.mark.parametrize("kind", MESHES)
@@ -186,3 +190,56 @@ def test_a_vertex_that_flew_away_is_told() -> None:
     with pytest.raises(InputError) as caught:
         unwrap("Blast", vertices, triangles, polygons)
     assert "so far apart" in one_line(caught, "Blast")
+
+
+def sheet(cells: int = 8) -> PolygonMesh:
+    """Flat, its vertices row by row."""
+    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0))
+    return net(np.stack([x, y, 0.0 * x], axis=-1))
+
+
+def line(*corners: tuple[int, int], cells: int = 8) -> set[tuple[int, int]]:
+    """The edges of a sheet along straight lines from corner to corner, each as its two vertices in rising order."""
+    edges = set()
+    for (x0, y0), (x1, y1) in itertools.pairwise(corners):
+        steps = max(abs(x1 - x0), abs(y1 - y0))
+        run = [(cells + 1) * (y0 + (y1 - y0) * i // steps) + x0 + (x1 - x0) * i // steps for i in range(steps + 1)]
+        edges |= {(min(pair), max(pair)) for pair in itertools.pairwise(run)}
+    return edges
+
+
+def sides_of(mesh: PolygonMesh) -> Any:
+    """(T, 3, 2): the vertices of each triangle's edges, in rising order."""
+    return np.sort(np.stack([mesh.triangles, mesh.triangles[:, [1, 2, 0]]], axis=2), axis=2)
+
+
+def parted(mesh: PolygonMesh, uv: Any) -> set[tuple[int, int]]:
+    """The edges with two sides whose UVs differ from one side to the other."""
+    ends = np.stack([uv, uv[:, [1, 2, 0]]], axis=2)
+    turned = (mesh.triangles > mesh.triangles[:, [1, 2, 0]])[..., None, None]
+    ends = np.where(turned, ends[:, :, ::-1], ends)
+    seen: dict[tuple[int, int], set[bytes]] = {}
+    for pair, where in zip(sides_of(mesh).reshape(-1, 2).tolist(), ends.reshape(-1, 4), strict=True):
+        seen.setdefault((pair[0], pair[1]), set()).add(where.tobytes())
+    return {pair for pair, places in seen.items() if len(places) > 1}
+
+
+CLOSED = line((2, 2), (6, 2), (6, 5), (2, 5), (2, 2))
+
+
+@pytest.mark.parametrize(
+    ("marked", "borders"),
+    [
+        pytest.param(CLOSED, CLOSED, id="closed"),
+        pytest.param(line((4, 0), (4, 8)), line((4, 0), (4, 8)), id="from border to border"),
+        pytest.param(line((2, 2), (6, 2), (6, 5)), set(), id="open"),
+        pytest.param(line((4, 0), (4, 6)), set(), id="from the border inwards"),
+        pytest.param(CLOSED | line((6, 5), (6, 7)) | line((3, 3), (5, 3)), CLOSED, id="closed, and open ones"),
+    ],
+)
+def test_seams_are_borders_where_they_close_a_chart(marked: Any, borders: Any) -> None:
+    mesh = sheet()
+    seams = np.array([[tuple(pair) in marked for pair in sides] for sides in sides_of(mesh).tolist()])
+    charts = unwrap("sheet", *mesh, size=256, seams=seams)
+    assert parted(mesh, charts.uv) == borders
+    assert charts.count == (2 if borders else 1)
