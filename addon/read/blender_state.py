@@ -116,12 +116,16 @@ def object_mode(context: bpy.types.Context) -> Iterator[None]:
     if not edited:
         yield
         return
+    active = objects.active
+    if active not in edited:  # which were entered in another scene
+        objects.active = edited[0]
     bpy.ops.object.mode_set(mode="OBJECT")
     try:
         yield
     finally:
         bpy.ops.ed.undo_push(message="Leave Edit Mode")
         _edit_again(objects, edited)
+        objects.active = active
         bpy.ops.ed.undo_push(message="Return to Edit Mode")
 
 

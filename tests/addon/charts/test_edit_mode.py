@@ -67,6 +67,28 @@ def test_a_mesh_in_edit_mode_is_charted_as_it_is_edited() -> None:
     assert press() == {"FINISHED"} and "charts" not in said()
 
 
+@pytest.mark.parametrize("active", ["Bare", "Other", None])
+def test_an_object_that_is_edited_in_another_scene_where_it_is_too(active: str | None) -> None:
+    """Whichever is active here."""
+    obj, here = blender.bare_cube(), bpy.context.window.scene
+    blender.bare_cube("Other", location=(5, 0, 0))
+    there = bpy.data.scenes.new("There")
+    there.collection.objects.link(obj)
+    bpy.context.window.scene = there
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.context.window.scene = here
+    select(obj)
+    shown = bpy.data.objects[active] if active else None
+    bpy.context.view_layer.objects.active = shown
+    assert press("unwrap") == {"FINISHED"} and "Bare: 6 charts" in said()
+    assert obj.mode == "EDIT" and bpy.context.view_layer.objects.active == shown
+    assert [each.name for each in bpy.context.selected_objects] == ["Bare"]
+    bpy.context.view_layer.objects.active = obj
+    bpy.ops.object.mode_set(mode="OBJECT")
+    assert [layer.name for layer in obj.data.uv_layers] == [CHART_MAP]
+
+
 def undone_meanwhile() -> Outcome:
     """Charts, while which are made the artist undoes a step."""
     outcome = Outcome()
