@@ -10,6 +10,8 @@ import pytest
 bpy = pytest.importorskip("bpy")
 
 from occlusion_bake.addon.charts import chart_layout  # noqa: E402
+from occlusion_bake.addon.charts.chart_marks import ATLAS_MAP, is_ours  # noqa: E402
+from occlusion_bake.addon.charts.rollback import chart_rollback  # noqa: E402
 from occlusion_bake.addon.job.bake_job import BakeJob, Layout, bake_steps, prepared_charts  # noqa: E402
 from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
@@ -22,8 +24,13 @@ from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 pytestmark = pytest.mark.usefixtures("empty_scene")
 
 
-def job_of(*names: str, atlas: str = "") -> BakeJob:
-    return BakeJob(blender.refs(*names), flat_settings(width=32, height=32, rays=1), layout=Layout(atlas))
+def job_of(*names: str, atlas: str = "", size: int = 32) -> BakeJob:
+    return BakeJob(blender.refs(*names), flat_settings(width=size, height=size, rays=1), layout=Layout(atlas))
+
+
+def uvs(obj: Any) -> list[list[float]]:
+    """Of every UV map."""
+    return [[each for corner in layer.uv for each in corner.vector] for layer in obj.data.uv_layers]
 
 
 def watched(monkeypatch: pytest.MonkeyPatch, look: Callable[[str], None]) -> None:
@@ -80,17 +87,24 @@ def test_the_stage_is_told_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_escape_in_a_stage_leaves_nothing_behind(
     stage: str, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
-    """Of an atlas of one object's own charts and another's new ones."""
-    if stage != "making UV charts":  # before the process is heard; later stages are too short to be sure to be
+    """Of an atlas of one object's own charts and another's new ones, that was made before for another size."""
+    mapped, bare = blender.plane("Mapped"), blender.bare_cube("Bare", location=(5, 0, 0))
+    if stage == "making UV charts":  # before the process is heard; later stages are too short to be sure to be
+        before = [[], ["UVMap"]]
+    else:
         request.getfixturevalue("charts_here")
-    mapped = blender.plane("Mapped")
-    bare = blender.bare_cube("Bare", location=(5, 0, 0))
-    progress = Progress()
+        baked(job_of("Mapped", "Bare", atlas="Set", size=64), Progress())
+        before = [[ATLAS_MAP], ["UVMap", ATLAS_MAP]]
+    charts = [uvs(obj) for obj in (bare, mapped)]
+    progress, outcome = Progress(), Outcome()
     watched(monkeypatch, lambda now: progress.cancel() if now == f"Set: {stage}" else None)
-    with pytest.raises(Cancelled):
-        baked(job_of("Mapped", "Bare", atlas="Set"), progress)
+    steps = bake_steps(bpy.context, job_of("Mapped", "Bare", atlas="Set"), progress, outcome, lambda _: None)
+    with pytest.raises(Cancelled), chart_rollback(bpy.context, outcome.charting.changes, outcome.finished):
+        run(steps, progress)
     assert progress.control.cancel
-    assert [layer.name for layer in mapped.data.uv_layers] == ["UVMap"] and not bare.data.uv_layers
+    assert [[layer.name for layer in obj.data.uv_layers] for obj in (bare, mapped)] == before
+    assert [uvs(obj) for obj in (bare, mapped)] == charts
+    assert all(is_ours(obj.data, ATLAS_MAP) for obj in (bare, mapped) if ATLAS_MAP in obj.data.uv_layers)
 
 
 def test_a_breakdown_of_one_is_no_end_of_the_others(monkeypatch: pytest.MonkeyPatch) -> None:
