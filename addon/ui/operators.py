@@ -40,7 +40,15 @@ from . import viewport_overlay
 from .image_editor import show_in_editor
 from .modal_operator import LongOperator, running
 from .properties import add_lines, redraw, result_in, settings_in, show_lines
-from .request import BakeRequest, chosen_objects, is_ours, request_from_image, request_from_panel, store_request
+from .request import (
+    BakeRequest,
+    check_occluders,
+    chosen_objects,
+    is_ours,
+    request_from_image,
+    request_from_panel,
+    store_request,
+)
 from .select_overlap import select_overlap
 from .translate import say
 
@@ -129,6 +137,7 @@ class OCCLUSION_BAKE_OT_bake(_BakeOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def request(self, context: bpy.types.Context) -> BakeRequest:
+        check_occluders(context)
         return request_from_panel(context)
 
 
@@ -154,7 +163,7 @@ class OCCLUSION_BAKE_OT_again(_BakeOperator, bpy.types.Operator):
 
 
 class OCCLUSION_BAKE_OT_unwrap(LongOperator, bpy.types.Operator):
-    """Make UV charts in a map of their own for the selected meshes; their other UV maps stay as they are"""
+    """Make UV charts in a map of their own for the meshes that Bake would bake; their other UV maps stay as they are"""
 
     bl_idname = "occlusion_bake.unwrap"
     bl_label = "Make UV Charts"
@@ -185,6 +194,7 @@ class OCCLUSION_BAKE_OT_compare(LongOperator, bpy.types.Operator):
     bl_options = {"UNDO"}
 
     def start(self, context: bpy.types.Context, progress: Progress) -> Steps:
+        check_occluders(context)
         job = request_from_panel(context).job
         show_lines(context, [])
         # A child Blender bakes beside the window; Blender as a module has no program to start.

@@ -63,15 +63,19 @@ def chosen_occluders(context: bpy.types.Context) -> list[bpy.types.Object] | Non
     return [] if chosen.occluders == "SELF" else None
 
 
+def check_occluders(context: bpy.types.Context) -> None:
+    """Raises InputError where the panel does not say who they are."""
+    chosen = settings_in(context)
+    if chosen.occluders == "COLLECTION" and chosen.collection is None:
+        raise InputError("Occluders: no collection is chosen; choose one, or Scene")
+
+
 def request_from_panel(context: bpy.types.Context) -> BakeRequest:
     """The panel's settings for the chosen meshes. Raises InputError."""
     refs = tuple(refs_of(obj for obj in chosen_objects(context) if obj.type == "MESH"))
     if not refs:
         raise InputError("no mesh object is selected; select one")
-    chosen = settings_in(context)
-    if chosen.occluders == "COLLECTION" and chosen.collection is None:
-        raise InputError("Occluders: no collection is chosen; choose one, or Scene")
-    found = chosen_occluders(context)
+    chosen, found = settings_in(context), chosen_occluders(context)
     occluders = None if found is None else frozenset(obj.session_uid for obj in found)
     pairing = _pairing(context, refs)
     occluding = OccluderFilter(occluders, chosen.occluders == "SELF", chosen.use_ground, pairing.excluded)

@@ -269,6 +269,17 @@ def test_unwrap_makes_charts_and_says_so() -> None:
     assert not ours()
 
 
+def test_charts_are_made_of_what_is_baked_whoever_blocks_light(scene: Any) -> None:
+    """Of a pair the low mesh alone; a collection of occluders need not be chosen yet."""
+    scene.source, scene.occluders = "NAMES", "COLLECTION"
+    pair = [blender.bare_cube("Rock_low"), blender.bare_cube("Rock_high")]
+    select(*pair)
+    assert press("unwrap") == {"FINISHED"}
+    assert [len(obj.data.uv_layers) for obj in pair] == [1, 0]
+    for button in ("bake", "compare"):
+        assert refused(button) == "Occluders: no collection is chosen; choose one, or Scene"
+
+
 def test_compare_leaves_a_picture_and_lines(scene: Any) -> None:
     select(blender.plane("Floor"))
     blender.wall()
