@@ -15,7 +15,7 @@ from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
 from occlusion_bake.addon.job.runner import run  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
-from occlusion_bake.tests.oracles.blender import bake_onto, press, select, set_panel  # noqa: E402
+from occlusion_bake.tests.oracles.blender import bake_onto, press, select, set_panel, uv_of  # noqa: E402
 from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 
@@ -30,12 +30,6 @@ def said() -> str:
 
 def names(obj: Any) -> list[str]:
     return [layer.name for layer in obj.data.uv_layers]
-
-
-def uvs(obj: Any, name: str) -> Any:
-    values = np.empty(2 * len(obj.data.loops), np.float32)
-    obj.data.uv_layers[name].uv.foreach_get("vector", values)
-    return values.reshape(-1, 2)
 
 
 def onto(*names: str, atlas: str = "") -> list[str]:
@@ -101,7 +95,7 @@ def test_an_atlas_map_that_was_edited_is_baked_onto_as_any_other() -> None:
     set_panel(layout="ATLAS", atlas="Set")
     bake_onto("One", "Two")
     one.data.uv_layers.active = one.data.uv_layers[ATLAS_MAP]
-    one.data.uv_layers[ATLAS_MAP].uv.foreach_set("vector", 0.5 * uvs(one, "UVMap").reshape(-1))
+    one.data.uv_layers[ATLAS_MAP].uv.foreach_set("vector", 0.5 * uv_of(one.data, "UVMap").reshape(-1))
     assert onto("One") == [ATLAS_MAP]
 
 
@@ -135,12 +129,12 @@ def test_a_copy_of_a_map_is_the_artists() -> None:
     bake_onto("Bare")
     obj.data.uv_layers.new(name=f"{CHART_MAP}.001")
     obj.data.uv_layers.active = obj.data.uv_layers[f"{CHART_MAP}.001"]
-    before = uvs(obj, f"{CHART_MAP}.001")
+    before = uv_of(obj.data, f"{CHART_MAP}.001")
     set_panel(width=128)
     assert bake_onto("Bare") == {"FINISHED"} and "charts" not in said()
     set_panel(uv="CHARTS")
     assert bake_onto("Bare") == {"FINISHED"} and "Bare: 6 charts" in said()
-    np.testing.assert_array_equal(uvs(obj, f"{CHART_MAP}.001"), before)
+    np.testing.assert_array_equal(uv_of(obj.data, f"{CHART_MAP}.001"), before)
     assert obj.data.uv_layers.active.name == f"{CHART_MAP}.001"
 
 
@@ -169,6 +163,6 @@ def test_charts_are_of_the_basis_of_shape_keys() -> None:
         point.co.z *= 3.0
     key.value, keyed.active_shape_key_index = 1.0, 1
     assert bake_onto("Plain", "Keyed") == {"FINISHED"}
-    np.testing.assert_array_equal(uvs(plain, CHART_MAP), uvs(keyed, CHART_MAP))
+    np.testing.assert_array_equal(uv_of(plain.data, CHART_MAP), uv_of(keyed.data, CHART_MAP))
     key.value = 0.5
     assert bake_onto("Plain", "Keyed") == {"FINISHED"} and "charts" not in said()

@@ -28,9 +28,9 @@ def job_of(*names: str, atlas: str = "", size: int = 32) -> BakeJob:
     return BakeJob(blender.refs(*names), flat_settings(width=size, height=size, rays=1), layout=Layout(atlas))
 
 
-def uvs(obj: Any) -> list[list[float]]:
+def uvs(obj: Any) -> list[bytes]:
     """Of every UV map."""
-    return [[each for corner in layer.uv for each in corner.vector] for layer in obj.data.uv_layers]
+    return [blender.uv_of(obj.data, layer.name).tobytes() for layer in obj.data.uv_layers]
 
 
 def watched(monkeypatch: pytest.MonkeyPatch, look: Callable[[str], None]) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import pytest
 
 bpy = pytest.importorskip("bpy")
@@ -17,7 +16,7 @@ from occlusion_bake.addon.job.outcome import Outcome  # noqa: E402
 from occlusion_bake.core.base.errors import Cancelled  # noqa: E402
 from occlusion_bake.core.progress import Progress  # noqa: E402
 from occlusion_bake.tests.oracles import blender  # noqa: E402
-from occlusion_bake.tests.oracles.blender import bake_onto, select, set_panel  # noqa: E402
+from occlusion_bake.tests.oracles.blender import bake_onto, select, set_panel, uv_of  # noqa: E402
 from occlusion_bake.tests.oracles.settings import flat_settings  # noqa: E402
 
 KEY = "occlusion_bake_charts"
@@ -48,9 +47,7 @@ def cancelled(*names: str, act: Callable[[], None] = nothing, size: int = 2 * SI
 
 
 def uvs(obj: Any, name: str = CHART_MAP) -> bytes:
-    values = np.empty(2 * len(obj.data.loops), np.float32)
-    obj.data.uv_layers[name].uv.foreach_get("vector", values)
-    return values.tobytes()
+    return uv_of(obj.data, name).tobytes()
 
 
 def names(obj: Any) -> list[str]:
