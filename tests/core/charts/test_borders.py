@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from occlusion_bake.core.charts.borders import settled
 from occlusion_bake.core.charts.chart_mesh import ChartMesh, connected
-from occlusion_bake.tests.oracles.chart_layouts import cube, waves
+from occlusion_bake.tests.oracles.charts.hard_surface import cube
+from occlusion_bake.tests.oracles.charts.organic import waves
 
 
 def mesh_of(mesh: Any) -> ChartMesh:

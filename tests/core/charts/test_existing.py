@@ -10,7 +10,10 @@ import pytest
 from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.charts.existing import ExistingCharts, islands, side_by_side
 from occlusion_bake.core.charts.udim import Udim
-from occlusion_bake.tests.oracles.chart_layouts import cover, nearest_strangers, surface_area, uv_area
+from occlusion_bake.tests.oracles.charts.judge import TOLERANCE, surface_areas, uv_areas
+from occlusion_bake.tests.oracles.charts.overlaps import overlaps
+from occlusion_bake.tests.oracles.charts.polygon_mesh import PolygonMesh
+from occlusion_bake.tests.oracles.charts.texel_gaps import kept_padding
 
 SIZE, PADDING = 256, 4
 
@@ -25,7 +28,7 @@ def rectangles(*boxes: tuple[float, float, float, float], area: float | None = N
             uv.append(corners[list(fan)])
             triangles.append([4 * number + corner for corner in fan])
     uvs, order = np.array(uv, np.float32), np.array(triangles, np.int32)
-    scale = 1.0 if area is None else np.sqrt(area / np.abs(uv_area(uvs)).sum())
+    scale = 1.0 if area is None else np.sqrt(area / np.abs(uv_areas(uvs)).sum())
     vertices = np.zeros((4 * len(boxes), 3), np.float32)
     vertices[order, :2] = scale * uvs
     vertices[:, 2] = np.repeat(np.arange(len(boxes)), 4)  # none in the place of another
@@ -34,12 +37,17 @@ def rectangles(*boxes: tuple[float, float, float, float], area: float | None = N
 
 def surface(charts: ExistingCharts) -> Any:
     """(T,) areas."""
-    return surface_area((charts.vertices, charts.triangles, None))
+    return surface_areas(PolygonMesh(charts.vertices, charts.triangles, charts.triangles[:, 0]))
 
 
 def sides(uv: Any) -> Any:
     """(T, 3) lengths."""
     return np.linalg.norm((uv - uv[:, [1, 2, 0]]).astype(np.float64), axis=2)
+
+
+def in_texels(*layouts: Any) -> Any:
+    """(T, 3, 2) of all."""
+    return np.concatenate(layouts).astype(np.float64) * SIZE
 
 
 def laid(*maps: ExistingCharts, size: tuple[int, int] = (SIZE, SIZE)) -> Any:
@@ -53,18 +61,17 @@ def test_maps_that_filled_the_square_share_it() -> None:
     """Three objects with the same UVs: no texel is of two, and the padding is kept between them."""
     result = laid(*(rectangles((0, 0, 0.5, 1), (0.5, 0, 1, 0.6)) for _ in range(3)))
     assert result.count == 6 and result.padding == PADDING
-    label = np.repeat(np.arange(6), 2)
-    hits, owner = cover(np.concatenate(result.uv), label, SIZE, SIZE)
-    assert hits.max() == 1
-    assert nearest_strangers(owner, PADDING) > PADDING
-    assert (hits > 0).mean() > 0.5
+    texels = in_texels(*result.uv)
+    assert not len(overlaps(texels, TOLERANCE)[0])
+    assert kept_padding(texels, np.repeat(np.arange(6), 2), SIZE, SIZE, PADDING) == PADDING
+    assert uv_areas(np.concatenate(result.uv)).sum() > 0.5
 
 
 def test_each_mesh_gets_texels_by_its_size_in_the_world() -> None:
     """However large it was drawn; within a mesh charts keep their sizes."""
     small, large = rectangles((0, 0, 0.9, 0.9), area=1.0), rectangles((0, 0, 0.1, 0.2), (0.5, 0, 0.6, 0.1), area=5.0)
     one, two = laid(small, large).uv
-    densities = [np.abs(uv_area(uv)) / surface(each) for uv, each in ((one, small), (two, large))]
+    densities = [np.abs(uv_areas(uv)) / surface(each) for uv, each in ((one, small), (two, large))]
     np.testing.assert_allclose(np.concatenate(densities), densities[0][0], rtol=1e-4)
 
 
@@ -79,9 +86,9 @@ def test_a_chart_keeps_its_shape() -> None:
     both = [ExistingCharts(vertices, triangles, each) for each in (uv, mirrored)]
     result = laid(*both)
     for before, after in zip((uv, mirrored), result.uv, strict=True):
-        scale = np.sqrt(np.abs(uv_area(after)).sum() / np.abs(uv_area(before)).sum())
+        scale = np.sqrt(np.abs(uv_areas(after)).sum() / np.abs(uv_areas(before)).sum())
         np.testing.assert_allclose(sides(after), scale * sides(before), atol=1e-5)
-        assert (np.sign(uv_area(after)) == np.sign(uv_area(before))).all()
+        assert (np.sign(uv_areas(after)) == np.sign(uv_areas(before))).all()
 
 
 def test_charts_of_one_mesh_upon_one_another_stay_so() -> None:
@@ -93,8 +100,7 @@ def test_charts_of_one_mesh_upon_one_another_stay_so() -> None:
     box = [(part.min(axis=(0, 1)), part.max(axis=(0, 1))) for part in (first[:2], first[2:4], first[4:6])]
     np.testing.assert_allclose(box[0], box[1], atol=1e-6)
     assert (box[2][0] > box[0][0]).all() and (box[2][1] < box[0][1]).all()
-    hits, _ = cover(np.concatenate([first[:2], first[6:], other]), np.zeros(6), SIZE, SIZE)
-    assert hits.max() == 1
+    assert not len(overlaps(in_texels(first[:2], first[6:], other), TOLERANCE)[0])
 
 
 def test_copies_moved_aside_by_whole_tiles_lie_upon_one_another() -> None:
@@ -104,12 +110,12 @@ def test_copies_moved_aside_by_whole_tiles_lie_upon_one_another() -> None:
     result = laid(replace(moved, udim=Udim.STACKED))
     assert result.count == 1
     np.testing.assert_allclose(result.uv[0][:2], result.uv[0][2:4], atol=1e-6)
-    assert np.abs(uv_area(result.uv[0]))[:2].sum() > 2.0 * np.abs(uv_area(apart.uv[0]))[:2].sum()
+    assert np.abs(uv_areas(result.uv[0]))[:2].sum() > 2.0 * np.abs(uv_areas(apart.uv[0]))[:2].sum()
 
 
 def test_charts_of_other_tiles_are_brought_in() -> None:
     result = laid(rectangles((0, 0, 0.9, 0.9), (1, 0, 1.9, 0.9), (-7, 4, -6.1, 4.9)))
-    assert result.count == 3 and np.abs(uv_area(result.uv[0])).sum() > 0.5
+    assert result.count == 3 and np.abs(uv_areas(result.uv[0])).sum() > 0.5
 
 
 def test_charts_that_touch_are_not_upon_one_another() -> None:
@@ -143,8 +149,8 @@ def test_what_covers_nothing_covers_nothing() -> None:
     good.vertices[12:] = 0.0
     result = laid(good)
     assert result.count == 1 and np.isfinite(result.uv[0]).all()
-    assert (uv_area(result.uv[0][2:]) == 0.0).all()
-    assert np.abs(uv_area(result.uv[0][:2])).sum() > 0.8
+    assert (uv_areas(result.uv[0][2:]) == 0.0).all()
+    assert np.abs(uv_areas(result.uv[0][:2])).sum() > 0.8
 
 
 @pytest.mark.parametrize("what", ["uv", "vertices"])
@@ -175,7 +181,7 @@ def test_a_heap_with_more_pairs_than_are_looked_for_stays_as_it_is() -> None:
     heap = rectangles(*[(0, 0, 1, 1)] * 1200, (2, 0, 3, 1))
     result = laid(heap)
     assert result.count == 1
-    scale = np.sqrt(np.abs(uv_area(result.uv[0][:1])).sum() / 0.5)
+    scale = np.sqrt(np.abs(uv_areas(result.uv[0][:1])).sum() / 0.5)
     np.testing.assert_allclose(result.uv[0][2400:], result.uv[0][:2] + np.array([2 * scale, 0]), atol=1e-5)
 
 

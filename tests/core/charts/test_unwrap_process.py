@@ -24,7 +24,8 @@ from occlusion_bake.core.charts.existing import ExistingCharts, side_by_side
 from occlusion_bake.core.charts.udim import Udim
 from occlusion_bake.core.charts.unwrap import Charts, unwrap
 from occlusion_bake.core.charts.unwrap_process import side_by_side_in_process, unwrap_in_process
-from occlusion_bake.tests.oracles.chart_layouts import cube, waves
+from occlusion_bake.tests.oracles.charts.hard_surface import cube
+from occlusion_bake.tests.oracles.charts.organic import waves
 
 SETTINGS = (512, 4)  # size, padding
 DEAF = "import time\nwhile True: time.sleep(1)"  # reads nothing, never ends
@@ -237,7 +238,7 @@ ORPHAN = """
 import os, pathlib, subprocess, sys
 sys.path.insert(0, sys.argv[1])
 from occlusion_bake.core.charts.unwrap_process import unwrap_in_process
-from occlusion_bake.tests.oracles.chart_layouts import waves
+from occlusion_bake.tests.oracles.charts.organic import waves
 start = subprocess.Popen
 def spy(*arguments, **options):
     child = start(*arguments, **options)

@@ -25,6 +25,11 @@ def bevelled_box(
     return welded(joined(sides))
 
 
+def cube() -> PolygonMesh:
+    """Of side 2 about the origin."""
+    return bevelled_box(0, size=(2, 2, 2))
+
+
 def stairs(steps: int, width: float = 3.0) -> PolygonMesh:
     """Treads, risers and, in columns that meet without sharing all their corners, the two cheeks."""
     quads = []

@@ -80,6 +80,7 @@ def assert_sound(
     if most_stretch is not None:
         assert found.l2 <= most_stretch and found.p95 <= 1.5, found
         assert abs(found.l2 - charts.stretch.l2) <= 1e-3 * found.l2, (found, charts.stretch)
+        assert abs(found.p95 - charts.stretch.p95) <= 1e-3 * found.p95, (found, charts.stretch)
     return found
 
 

@@ -81,6 +81,16 @@ KINDS: dict[str, Kind] = {
 }
 
 
+# Of a few hundred triangles, for tests that lay out each of them often.
+PLAIN: dict[str, PolygonMesh] = {
+    "cube": hard_surface.cube(),
+    "sphere": round_shapes.sphere(),
+    "prism": hard_surface.prism(9),
+    "waves": organic.waves(),
+    "rough": organic.waves(noise=0.2),
+}
+
+
 def _cells(size: int) -> int:
     """Along a block of voxels that has some `size` faces a layer."""
     return max(1, round(float(np.cbrt(size))))

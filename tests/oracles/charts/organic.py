@@ -52,6 +52,13 @@ def scan(levels: int, seed: int, bumps: float = 0.25, noise: float = 0.01) -> Po
     return mesh._replace(vertices=points.astype(np.float32))
 
 
+def waves(cells: int = 24, noise: float = 0.0) -> PolygonMesh:
+    """A sheet of quads none of which is flat; noise makes it rough."""
+    x, y = np.meshgrid(np.linspace(-3, 3, cells + 1), np.linspace(-3, 3, cells + 1))
+    z = np.sin(2 * x) * np.cos(2 * y) + noise * np.random.default_rng(5).standard_normal(x.shape)
+    return net(np.stack([x, y, z], axis=-1))
+
+
 def star(levels: int, seed: int, arms: int = 6, reach: float = 1.5) -> PolygonMesh:
     """A ball with horns."""
     rng, mesh = np.random.default_rng(seed), ball(levels)

@@ -42,6 +42,15 @@ def dome(sides: int, rows: int = 8) -> PolygonMesh:
     return lathe(profile, sides)
 
 
+def sphere(columns: int = 24, rows: int = 12) -> PolygonMesh:
+    """Of quads; those at the poles have two corners in one place, so half of each has no area."""
+    rise, turn = np.pi * np.arange(rows + 1) / rows, 2.0 * np.pi * np.arange(columns) / columns
+    ring = np.sin(rise)[:, None]
+    points = np.stack([ring * np.cos(turn), ring * np.sin(turn), -np.cos(rise)[:, None] + 0.0 * turn], axis=-1)
+    points[0], points[-1] = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+    return net(points, close_columns=True)
+
+
 def capsule(sides: int, rows: int = 6, length: float = 2.0) -> PolygonMesh:
     """A tube of radius 1 with a dome on either end."""
     rise = 0.5 * np.pi * np.arange(rows + 1) / rows
