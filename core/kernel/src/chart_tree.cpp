@@ -140,16 +140,6 @@ private:
     }
   }
 
-  void add_item(int32_t index, double thin) {
-    const Triangle2 t = triangle_at(uv_, index);
-    const Point2 side = longest_side(t);
-    if (!is_thin(t, side, thin)) {
-      const double x = (t.x[0] + t.x[1] + t.x[2]) / 3.0;
-      const double y = (t.y[0] + t.y[1] + t.y[2]) / 3.0;
-      items_.push_back({{x, y, kSide * side.x, kSide * side.y}, index});
-    }
-  }
-
   // The number of the node, or of the piece, that a range comes to be.
   int64_t place(Range range) {
     if (range.count() <= kGrain) {
@@ -319,7 +309,7 @@ private:
         bound_node(i);
       }
     });
-    for (int64_t i = crown - 1; i >= 0; --i) {
+    for (int64_t i = crown - 1; i >= 0 && !cancelled(control_); --i) { // else those below may have none
       bound_node(i);
     }
   }

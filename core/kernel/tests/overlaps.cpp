@@ -1,5 +1,7 @@
 // ob_overlaps against trying each pair, and what its trees and hulls must be.
+#include <chrono>
 #include <cstring>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -7,6 +9,11 @@
 #include "chart_tree.h"
 #include "checks.h"
 #include "occlusion_charts.h"
+#include "status.h"
+
+// Memory comes filled with what is no sensible number, so that nobody gets along with what was never set.
+extern "C" OB_API const char *__asan_default_options(); // NOLINT: the sanitizer looks for this name
+extern "C" const char *__asan_default_options() { return "max_malloc_fill_size=1000000000:malloc_fill_byte=63"; }
 
 using Pair = std::pair<int32_t, int32_t>;
 
@@ -255,6 +262,28 @@ static void test_every_triangle_is_in_one_leaf() {
   CHECK(std::all_of(seen.begin(), seen.end(), [](int times) { return times == 1; }));
 }
 
+// Whenever it is asked to: what has no bounds yet is not read.
+static void test_growing_stops() {
+  using Clock = std::chrono::steady_clock;
+  Random random(16);
+  const Soup soup = any_soup(random, 60000);
+  const auto grow = [&](ob_control *control) {
+    ob::grow_forest(soup.uv.data(), nullptr, soup.count(), 0.0, 2, control);
+  };
+  const auto start = Clock::now();
+  grow(nullptr);
+  const auto whole = Clock::now() - start;
+  for (int i = 0; i < 60; ++i) {
+    ob_control control{0, 0, 0, 0};
+    std::thread stopper([&] {
+      std::this_thread::sleep_for(whole * i / 60);
+      ob::as_atomic(control.cancel).store(1);
+    });
+    grow(&control);
+    stopper.join();
+  }
+}
+
 static void test_refusals() {
   Soup soup;
   soup.uv = {0.0, 0.0, 1.0, 0.0, 0.0, 1.0, NAN, 0.0, 1.0, 0.0, 0.0, 1.0};
@@ -282,6 +311,7 @@ int main() {
   test_in_one_place();
   test_hulls_hold_their_points();
   test_every_triangle_is_in_one_leaf();
+  test_growing_stops();
   test_refusals();
   return 0;
 }
