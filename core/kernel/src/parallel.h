@@ -47,7 +47,7 @@ private:
 };
 
 // Calls worker(next) on each thread, the caller's among them; next() hands out 0, 1, … count - 1 and then -1.
-// The first exception of a worker is thrown on to the caller once all have ended.
+// The first exception of a worker is thrown on to the caller once all have ended; no more pieces are handed out then.
 template <typename Worker> void run_parallel(int threads, int64_t count, Worker worker) {
   std::atomic<int64_t> handed_out{0};
   const auto next = [&]() -> int64_t {
@@ -61,7 +61,8 @@ template <typename Worker> void run_parallel(int threads, int64_t count, Worker 
       worker(next);
     } catch (...) {
       const std::scoped_lock lock(failure_lock);
-      failure = std::current_exception();
+      failure = failure ? failure : std::current_exception();
+      handed_out.store(count, std::memory_order_relaxed);
     }
   };
   {

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <exception>
 #include <new>
+#include <stdexcept>
 #include <string_view>
 
 #include "occlusion_kernel.h"
@@ -18,6 +19,8 @@ template <typename Body> int32_t guarded(Body body) {
   try {
     return body();
   } catch (const std::bad_alloc &) {
+    return fail(OB_OUT_OF_MEMORY, "not enough memory");
+  } catch (const std::length_error &) { // of a vector: more than there can be
     return fail(OB_OUT_OF_MEMORY, "not enough memory");
   } catch (const std::exception &error) {
     return fail(OB_EMBREE_FAILED, error.what());

@@ -37,7 +37,24 @@ template <typename Failure> static int32_t status_of(const Failure &failure) {
 
 static void test_failures_reach_the_caller() {
   CHECK_EQUAL(status_of(std::bad_alloc()), OB_OUT_OF_MEMORY);
+  CHECK_EQUAL(status_of(std::length_error("vector")), OB_OUT_OF_MEMORY);
   CHECK_EQUAL(status_of(std::runtime_error("broken")), OB_EMBREE_FAILED);
+}
+
+// The other workers get no more of an endless number of pieces, and what they throw then tells the caller nothing.
+static void test_the_first_failure_ends_all() {
+  const int32_t status = ob::guarded([&]() -> int32_t {
+    ob::run_parallel(4, INT64_MAX / 2, [&](auto next) {
+      for (int64_t piece = next(); piece >= 0; piece = next()) {
+        if (piece == 50) {
+          throw std::bad_alloc();
+        }
+      }
+      throw std::runtime_error("too late");
+    });
+    return OB_OK;
+  });
+  CHECK_EQUAL(status, OB_OUT_OF_MEMORY);
 }
 
 static void test_threads_that_cannot_be_had_are_done_without() {
@@ -64,6 +81,7 @@ static void test_thread_counts() {
 int main() {
   test_each_piece_is_handed_out_once();
   test_failures_reach_the_caller();
+  test_the_first_failure_ends_all();
   test_threads_that_cannot_be_had_are_done_without();
   test_thread_counts();
 }
