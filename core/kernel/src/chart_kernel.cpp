@@ -9,14 +9,19 @@ constexpr double kLeastShare = 1e-6; // of a triangle in the area of all
 constexpr int kMostHalvings = 40;
 
 struct Polygon {
+  static constexpr int32_t kRoom = 2 * kMostSpokes; // a convex one gets at most a corner more by each of the sides
+
   int32_t count = 0;
-  std::array<Vector2, 2 * kMostSpokes> point;
+  std::array<Vector2, kRoom> point;
 };
 
-// What lies left of the line from a to b.
+// What lies left of the line from a to b; empty where rounding has made it so little convex that it has no room.
 Polygon clipped(const Polygon &polygon, Vector2 a, Vector2 b) {
   Polygon left;
   for (int32_t i = 0; i < polygon.count; ++i) {
+    if (left.count + 2 > Polygon::kRoom) {
+      return {};
+    }
     const Vector2 p = polygon.point[at(i)];
     const Vector2 q = polygon.point[at(i + 1 == polygon.count ? 0 : i + 1)];
     const double of_p = doubled_area(a, b, p);
