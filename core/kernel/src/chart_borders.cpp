@@ -3,6 +3,7 @@
 #include <cmath>
 #include <vector>
 
+#include "chart_watch.h"
 #include "occlusion_charts.h"
 #include "status.h"
 
@@ -66,7 +67,8 @@ struct Graph {
 };
 
 // The faces within so many steps of a border, those beside it first; -1 in `slot` for all others.
-std::vector<int32_t> band(const Graph &graph, const int32_t *label, int32_t reach, std::vector<int32_t> &slot) {
+std::vector<int32_t> band(const Graph &graph, const int32_t *label, int32_t reach, std::vector<int32_t> &slot,
+                          const Watch &watch) {
   std::vector<int32_t> faces;
   slot.assign(static_cast<size_t>(graph.count), -1);
   const auto take = [&](int32_t face) {
@@ -76,6 +78,7 @@ std::vector<int32_t> band(const Graph &graph, const int32_t *label, int32_t reac
     }
   };
   for (int32_t face = 0; face < graph.count; ++face) {
+    watch.look_at_times(static_cast<size_t>(face));
     for (int64_t i = graph.starts[face]; i < graph.starts[face + 1]; ++i) {
       if (label[graph.neighbours[i]] != label[face]) {
         take(face);
@@ -88,6 +91,7 @@ std::vector<int32_t> band(const Graph &graph, const int32_t *label, int32_t reac
     const size_t end = faces.size();
     for (; begin < end; ++begin) {
       const int32_t face = faces[begin];
+      watch.look_at_times(begin);
       for (int64_t i = graph.starts[face]; i < graph.starts[face + 1]; ++i) {
         take(graph.neighbours[i]);
       }
@@ -122,6 +126,32 @@ Shares diffused(const Graph &graph, int32_t face, const int32_t *label, const st
   return mixed;
 }
 
+// After so many steps.
+void smooth(const Graph &graph, const uint8_t *may_change, int32_t steps, int32_t *label, const Watch &watch) {
+  std::vector<int32_t> slot;
+  // What is as far from a border as labels are likely to come, and as far again, hardly matters.
+  const auto reach = static_cast<int32_t>(std::ceil(2.0 * std::sqrt(static_cast<double>(std::max(steps, 0)))));
+  const std::vector<int32_t> faces = band(graph, label, reach, slot, watch);
+  std::vector<Shares> now;
+  now.reserve(faces.size());
+  for (const int32_t face : faces) {
+    now.emplace_back(label[face]);
+  }
+  std::vector<Shares> next(now.size());
+  for (int32_t step = 0; step < steps; ++step) {
+    for (size_t i = 0; i < faces.size(); ++i) {
+      watch.look_at_times(i);
+      next[i] = diffused(graph, faces[i], label, slot, now);
+    }
+    now.swap(next);
+  }
+  for (size_t i = 0; i < faces.size(); ++i) {
+    if (may_change[faces[i]] != 0) {
+      label[faces[i]] = now[i].strongest();
+    }
+  }
+}
+
 bool in_contract(const Graph &graph) {
   for (int64_t face = 0; face < graph.count; ++face) {
     if (graph.starts[face] > graph.starts[face + 1]) {
@@ -146,29 +176,10 @@ extern "C" int32_t ob_smooth_labels(int64_t count, const int64_t *starts, const 
     if (count < 0 || count > INT32_MAX || starts[0] != 0 || !ob::in_contract(graph)) {
       return ob::fail(OB_INVALID, "labels: neighbours out of range");
     }
-    std::vector<int32_t> slot;
-    // What is as far from a border as labels are likely to come, and as far again, hardly matters.
-    const auto reach = static_cast<int32_t>(std::ceil(2.0 * std::sqrt(static_cast<double>(std::max(steps, 0)))));
-    const std::vector<int32_t> faces = ob::band(graph, label, reach, slot);
-    std::vector<ob::Shares> now;
-    now.reserve(faces.size());
-    for (const int32_t face : faces) {
-      now.emplace_back(label[face]);
-    }
-    std::vector<ob::Shares> next(now.size());
-    for (int32_t step = 0; step < steps; ++step) {
-      if (ob::cancelled(control)) {
-        return OB_CANCELLED;
-      }
-      for (size_t i = 0; i < faces.size(); ++i) {
-        next[i] = ob::diffused(graph, faces[i], label, slot, now);
-      }
-      now.swap(next);
-    }
-    for (size_t i = 0; i < faces.size(); ++i) {
-      if (may_change[faces[i]] != 0) {
-        label[faces[i]] = now[i].strongest();
-      }
+    try {
+      ob::smooth(graph, may_change, steps, label, ob::Watch(control));
+    } catch (const ob::Stopped &) {
+      return ob::fail(OB_CANCELLED, "cancelled");
     }
     return OB_OK;
   });
