@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "bits.h"
 #include "parallel.h"
@@ -43,37 +44,92 @@ private:
 
 int32_t cell(double position) { return static_cast<int32_t>(std::floor(position)); }
 
+// By how much the winding number goes up from one cell of a row to the next. All zeros whenever it is not in use.
+class WindingSteps {
+public:
+  void resize(int32_t width, int32_t height) {
+    width_ = width;
+    stride_ = words_for(width);
+    const size_t cells = static_cast<size_t>(width) * static_cast<size_t>(height);
+    const size_t words = static_cast<size_t>(stride_) * static_cast<size_t>(height);
+    steps_.resize(std::max(cells, steps_.size()));
+    used_.resize(std::max(words, used_.size()));
+  }
+
+  void add(int32_t x, int32_t y, int32_t step) {
+    x = std::clamp(x, 0, width_ - 1);
+    steps(y)[x] += step;
+    used(y)[x / kWordBits] |= uint64_t{1} << (x % kWordBits);
+  }
+
+  // Calls inside(first, last), both included, wherever a row's winding number is not 0 from one step to the next; takes
+  // the row's steps out.
+  template <typename Inside> void take_row(int32_t y, Inside inside) {
+    int64_t winding = 0;
+    int32_t before = 0;
+    for_each_run(used(y), width_, [&](int32_t first, int32_t last) {
+      for (int32_t x = first; x < last; ++x) {
+        if (winding != 0) {
+          inside(before, x);
+        }
+        winding += std::exchange(steps(y)[x], 0);
+        before = x;
+      }
+    });
+    std::fill_n(used(y), stride_, 0);
+  }
+
+private:
+  int64_t *steps(int32_t y) { return steps_.data() + static_cast<size_t>(width_) * static_cast<size_t>(y); }
+  uint64_t *used(int32_t y) { return used_.data() + static_cast<size_t>(stride_) * static_cast<size_t>(y); }
+
+  int32_t width_ = 0, stride_ = 0;
+  std::vector<int64_t> steps_; // of each cell
+  std::vector<uint64_t> used_; // bits: the cells that have one
+};
+
 // Draws outlines conservatively: cells that an edge touches, and cells whose middles are inside. A cell that no edge
 // touches is inside or outside as a whole.
 class OutlineRaster {
 public:
+  explicit OutlineRaster(ob_control *control) : control_(control) {}
+
+  // Incomplete once cancelled.
   void draw(const ChartOutline &chart, CellScale scale, CellBitmap &bitmap) {
     bitmap.clear(scale.span(chart.width), scale.span(chart.height));
-    crossings_.clear();
-    for (int64_t i = 0; i < chart.edge_count; ++i) {
-      const OutlineEdge &edge = chart.edges[i];
-      const Point2 from{scale.to_cells(edge.from.x), scale.to_cells(edge.from.y)};
-      const Point2 to{scale.to_cells(edge.to.x), scale.to_cells(edge.to.y)};
-      from.y <= to.y ? draw_edge(from, to, -edge.weight, scale.margin, bitmap)
-                     : draw_edge(to, from, edge.weight, scale.margin, bitmap);
+    const int32_t rows = std::clamp(kBandCells / bitmap.width(), 1, bitmap.height());
+    steps_.resize(bitmap.width(), rows);
+    for (int32_t first = 0; first < bitmap.height(); first += rows) {
+      draw_band(chart, scale, {first, std::min(first + rows, bitmap.height())}, bitmap);
     }
-    fill_inside(bitmap);
   }
 
 private:
-  // Where an edge crosses the middle of a row; `enters`: how many times more the chart lies to the right than to the
-  // left.
-  struct Crossing {
-    int32_t row;
-    double x;
-    int32_t enters;
+  // So many cells have steps at a time, which large charts on one another would need too much memory for otherwise.
+  static constexpr int32_t kBandCells = 1 << 18;
+
+  struct Band {
+    int32_t first, last; // rows, half open
   };
 
-  // From the lower end to the upper one.
-  void draw_edge(Point2 low, Point2 high, int32_t enters, double margin, CellBitmap &bitmap) {
-    const int32_t last = std::min(cell(high.y + margin), bitmap.height() - 1);
+  void draw_band(const ChartOutline &chart, CellScale scale, Band band, CellBitmap &bitmap) {
+    for (int64_t i = 0; i < chart.edge_count && !cancelled(control_); ++i) {
+      const OutlineEdge &edge = chart.edges[i];
+      const Point2 from{scale.to_cells(edge.from.x), scale.to_cells(edge.from.y)};
+      const Point2 to{scale.to_cells(edge.to.x), scale.to_cells(edge.to.y)};
+      from.y <= to.y ? draw_edge(from, to, -edge.weight, scale.margin, band, bitmap)
+                     : draw_edge(to, from, edge.weight, scale.margin, band, bitmap);
+    }
+    for (int32_t y = band.first; y < band.last; ++y) {
+      steps_.take_row(y - band.first, [&](int32_t first, int32_t last) { bitmap.fill(y, first, last); });
+    }
+  }
+
+  // From the lower end to the upper one. enters: how many times more the chart lies to the right than to the left.
+  void draw_edge(Point2 low, Point2 high, int32_t enters, double margin, Band band, CellBitmap &bitmap) {
+    const int32_t last = std::min(cell(high.y + margin), band.last - 1);
     const double slope = high.y > low.y ? (high.x - low.x) / (high.y - low.y) : 0.0;
-    for (int32_t y = std::max(cell(low.y - margin), 0); y <= last; ++y) {
+    for (int32_t y = std::max(cell(low.y - margin), band.first); y <= last; ++y) {
       const double bottom = y - margin;
       const double top = y + 1.0 + margin;
       const double a = low.y >= bottom ? low.x : low.x + (bottom - low.y) * slope;
@@ -81,27 +137,13 @@ private:
       bitmap.fill(y, cell(std::min(a, b) - margin), cell(std::max(a, b) + margin));
       const double middle = y + 0.5;
       if (enters != 0 && (low.y <= middle) != (high.y <= middle)) {
-        crossings_.push_back({y, low.x + (middle - low.y) * slope, enters});
+        steps_.add(cell(low.x + (middle - low.y) * slope), y - band.first, enters);
       }
     }
   }
 
-  void fill_inside(CellBitmap &bitmap) {
-    std::sort(crossings_.begin(), crossings_.end(), [](const Crossing &a, const Crossing &b) {
-      return a.row != b.row ? a.row < b.row : a.x != b.x ? a.x < b.x : a.enters < b.enters;
-    });
-    int64_t winding = 0;
-    for (size_t i = 0; i + 1 < crossings_.size(); ++i) {
-      const Crossing &here = crossings_[i];
-      const Crossing &next = crossings_[i + 1];
-      winding = (i > 0 && crossings_[i - 1].row != here.row ? 0 : winding) + here.enters;
-      if (winding != 0 && next.row == here.row) {
-        bitmap.fill(here.row, cell(here.x), cell(next.x));
-      }
-    }
-  }
-
-  std::vector<Crossing> crossings_;
+  ob_control *control_;
+  WindingSteps steps_; // of a band
 };
 
 // A step of about the golden section of the height, which visits all rows.
@@ -195,7 +237,7 @@ CellShapes::CellShapes(const ChartOutlines &outlines, CellScale scale, int threa
     : scale_(scale), shapes_(kTurns * static_cast<size_t>(outlines.count())), repeats_(shapes_.size()),
       pools_(static_cast<size_t>((outlines.count() + kStretch - 1) / kStretch)) {
   run_parallel(threads, static_cast<int64_t>(pools_.size()), [&](auto next) {
-    OutlineRaster raster;
+    OutlineRaster raster(control);
     CellBitmap bitmap;
     CellBitmap turned;
     for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
