@@ -30,11 +30,11 @@ def packed(
 
     uv: (T, 3, 2), each chart in any place of its own, all at one scale; triangles counter-clockwise, in any number on
     one another. piece: (T,) the chart of each triangle, from 0. size: width and height of the image in texels, which
-    are square. padding: texels to keep free between any two charts, of all that a chart touches at all; none at the
-    image's border. align: charts are first turned so that the boxes about them are as small as can be; not those whose
-    boxes are already. Beyond that they are turned by quarters where that makes them lie lower, and never mirrored.
-    threads: 0 for as many as the machine has; the layout does not depend on it. control: tells how far it is, and stops
-    it.
+    are square. padding: texels to keep free between any two charts, of all that a chart touches at all, up to 65536;
+    none at the image's border. align: charts are first turned so that the boxes about them are as small as can be; not
+    those whose boxes are already. Beyond that they are turned by quarters where that makes them lie lower, and never
+    mirrored. threads: 0 for as many as the machine has; the layout does not depend on it. control: tells how far it is,
+    and stops it.
 
     The padding is halved, again and again, as long as less than half of the image is used and half the padding uses a
     tenth more: so it is kept by charts that are large beside it, and by those whose shapes leave the image empty

@@ -81,8 +81,9 @@ OB_API int32_t ob_divide(const double *corners, const int64_t *neighbours, const
                          int64_t triangle_count, int64_t count, int32_t *part, ob_control *control);
 
 typedef struct ob_packing {
-  int32_t width, height, padding; /* of the image, 1 to 65536 texels a side; texels to keep free between charts */
-  int32_t align;                  /* 1: charts may be turned so that their boxes are small; 0: by quarters alone */
+  int32_t width, height; /* of the image, 1 to 65536 texels a side */
+  int32_t padding;       /* texels to keep free between charts, 0 to 65536 */
+  int32_t align;         /* 1: charts may be turned so that their boxes are small; 0: by quarters alone */
   int32_t threads;
   double scale;         /* out: texels a unit */
   int32_t kept_padding; /* out: the padding kept */

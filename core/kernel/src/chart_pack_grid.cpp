@@ -105,35 +105,39 @@ template <int32_t kWords> int32_t ChartGrid::find_in_block(const CellShape &shap
 }
 
 void ChartGrid::take(const CellShape &shape, CellPlace place, int32_t gap) {
-  const int32_t width = shape.width + 2 * gap;
-  const int32_t height = shape.height + 2 * gap;
+  // What is further off is outside.
+  const int32_t beside = std::min(gap, width_);
+  const int32_t over = std::min(gap, height_);
+  const int32_t width = shape.width + 2 * beside;
+  const int32_t height = shape.height + 2 * over;
   const auto stride = static_cast<size_t>(words_for(width));
   fringe_.assign(stride * static_cast<size_t>(height), 0);
   for (int32_t y = 0; y < shape.height; ++y) { // each row where the lowest of its gap is
     for (int32_t i = shape.rows[y]; i < shape.rows[y + 1]; ++i) {
-      set_bits(fringe_.data() + stride * static_cast<size_t>(y + 2 * gap), shape.runs[i].first,
-               shape.runs[i].last + 2 * gap);
+      set_bits(fringe_.data() + stride * static_cast<size_t>(y + 2 * over), shape.runs[i].first,
+               shape.runs[i].last + 2 * beside);
     }
   }
-  // Rows of windows of 1, 2, 4, … rows, at last of 2 gap + 1.
+  // Rows of windows of 1, 2, 4, … rows, at last of all that the gap reaches.
   const size_t words = fringe_.size();
   const auto merge = [&](int32_t rows) {
     for (size_t i = 0; i + stride * static_cast<size_t>(rows) < words; ++i) {
       fringe_[i] |= fringe_[i + stride * static_cast<size_t>(rows)];
     }
   };
+  const int32_t all = 2 * over + 1;
   int32_t window = 1;
-  for (; 2 * window <= 2 * gap + 1; window *= 2) {
+  for (; 2 * window <= all; window *= 2) {
     merge(window);
   }
-  if (window < 2 * gap + 1) {
-    merge(2 * gap + 1 - window);
+  if (window < all) {
+    merge(all - window);
   }
   for (int32_t y = 0; y < height; ++y) {
-    const int32_t to = place.y - gap + y;
+    const int32_t to = place.y - over + y;
     if (to >= 0 && to < height_) {
       for_each_run(fringe_.data() + stride * static_cast<size_t>(y), width, [&](int32_t first, int32_t last) {
-        take_run(to, std::max(0, place.x - gap + first), std::min(width_, place.x - gap + last));
+        take_run(to, std::max(0, place.x - beside + first), std::min(width_, place.x - beside + last));
       });
     }
   }

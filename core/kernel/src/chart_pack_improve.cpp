@@ -53,7 +53,7 @@ PlacingRule changed(PlacingRule rule, Shuffler &shuffler) {
 class OrderSearch {
 public:
   OrderSearch(ChartFit fit, const ChartOutlines &outlines, const PackingGrid &grid, PackingEffort effort)
-      : outlines_(outlines), grid_(grid), effort_(effort), budget_(kWork + kWorkPerChart * outlines.count()),
+      : outlines_(outlines), grid_(grid), effort_(effort), budget_(kWork + kWorkPerChart * outlines.filled()),
         rule_(fit.rule), best_(std::move(fit)) {}
 
   ChartFit run() {

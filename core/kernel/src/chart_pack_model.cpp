@@ -13,10 +13,9 @@ constexpr double kBorder = 0.7;
 
 } // namespace
 
-RoomModel::RoomModel(const ChartOutlines &outlines) {
+RoomModel::RoomModel(const ChartOutlines &outlines) : count(static_cast<double>(outlines.filled())) {
   for (int64_t c = 0; c < outlines.count(); ++c) {
     const ChartOutline &chart = outlines[c];
-    count += chart.empty() ? 0.0 : 1.0;
     area += chart.area;
     girth += chart.girth;
     boxes += chart.width * chart.height;

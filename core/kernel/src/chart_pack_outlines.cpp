@@ -200,6 +200,7 @@ ChartOutlines::ChartOutlines(const ChartTriangles &triangles, bool align, bool q
       }
     }
   });
+  filled_ = std::count_if(charts_.begin(), charts_.end(), [](const ChartOutline &chart) { return !chart.empty(); });
 }
 
 } // namespace ob

@@ -42,11 +42,14 @@ public:
   ChartOutlines(const ChartTriangles &triangles, bool align, bool quarter, int threads, ob_control *control);
 
   int64_t count() const { return static_cast<int64_t>(charts_.size()); }
+  // Of charts that have triangles.
+  int64_t filled() const { return filled_; }
   const ChartOutline &operator[](int64_t chart) const { return charts_[static_cast<size_t>(chart)]; }
 
 private:
   std::vector<ChartOutline> charts_;
   std::vector<std::vector<OutlineEdge>> edges_; // of stretches of charts
+  int64_t filled_ = 0;
 };
 
 } // namespace ob

@@ -57,7 +57,7 @@ std::vector<PlacingRule> rules_for(const ChartOutlines &outlines, const RoomMode
   for (const bool by_middle : {true, false}) {
     rules.push_back({charts_by(outlines, unit, breadth), by_middle});
     rules.push_back({charts_by(outlines, unit, area), by_middle});
-    if (outlines.count() > kMostFew) { // what is better for small pieces alone
+    if (outlines.filled() > kMostFew) { // what is better for small pieces alone
       break;
     }
     rules.push_back({charts_by(outlines, unit, length), by_middle});
@@ -82,12 +82,12 @@ class ScaleSearch {
 public:
   ScaleSearch(const ChartOutlines &outlines, const RoomModel &room, const PackingGrid &grid, PackingEffort effort)
       : outlines_(outlines), room_(room), grid_(grid), effort_(effort),
-        near_(outlines.count() <= kMostFew ? kNearFew : kNearMany), limit_(scale_of_single_charts(outlines, grid)),
-        budget_(kWork + kWorkPerChart * outlines.count()), rules_(rules_for(outlines, room)) {}
+        near_(outlines.filled() <= kMostFew ? kNearFew : kNearMany), limit_(scale_of_single_charts(outlines, grid)),
+        budget_(kWork + kWorkPerChart * outlines.filled()), rules_(rules_for(outlines, room)) {}
 
   // A scale is found unless each chart takes but one cell, and these are too many.
   ChartFit run() {
-    effort_.progress.enter(outlines_.count() <= kMostFew ? 0.3 : 0.7, budget_ / 3);
+    effort_.progress.enter(outlines_.filled() <= kMostFew ? 0.3 : 0.7, budget_ / 3);
     double scale = first_scale();
     double fails = kInfinity;
     for (int round = 0; !effort_.progress.stopped() && (round < kMostRounds || !best_.found()); ++round) {
@@ -111,7 +111,7 @@ public:
 
 private:
   double first_scale() const {
-    const bool few = outlines_.count() <= kMostFew;
+    const bool few = outlines_.filled() <= kMostFew;
     const double many = room_.fullness() > kRectangles ? kLikelyRectangles : kLikelyMany;
     const double scale = std::min(limit_, room_.scale_for(few ? kLikelyFew : many, grid_));
     return scale > 0.0 && scale < kInfinity ? scale : std::min(limit_, 1.0);

@@ -10,7 +10,7 @@ namespace ob {
 ScaleTrial::ScaleTrial(const ChartOutlines &outlines, const PackingGrid &grid, double scale, PackingEffort effort)
     : grid_(grid), scale_(scale), effort_(effort),
       shapes_(outlines, {scale, grid.margin}, effort.threads, effort.progress.control()), classes_(shapes_),
-      charts_(outlines.count()) {}
+      charts_(outlines.filled()) {}
 
 std::vector<double> ScaleTrial::place(const std::vector<PlacingRule> &rules, int32_t rows, double highest,
                                       ChartFit &best) {

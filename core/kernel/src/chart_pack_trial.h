@@ -46,7 +46,8 @@ private:
   PackingEffort effort_;
   CellShapes shapes_;
   SizeClasses classes_;
-  int64_t charts_, work_ = 0;
+  int64_t charts_; // that have triangles
+  int64_t work_ = 0;
 };
 
 } // namespace ob

@@ -14,7 +14,7 @@
 namespace ob {
 namespace {
 
-constexpr int32_t kMostTexels = 65536; // a side
+constexpr int32_t kMostTexels = 65536; // a side, and of padding
 // A grid has so many cells a chart, within these bounds.
 constexpr double kCellsPerChart = 200.0;
 constexpr double kFewestCells = 1 << 20;
@@ -214,6 +214,9 @@ int32_t pack(const ChartTriangles &triangles, ob_packing &packing, double *layou
   if (cancelled(control)) {
     return fail(OB_CANCELLED, "cancelled");
   }
+  if (!packer.packed()) {
+    return fail(OB_INVALID, "so many charts have no place in the image, however small they become");
+  }
   packer.write(layout);
   packing.scale = packer.scale();
   packing.kept_padding = packer.padding();
@@ -231,8 +234,8 @@ extern "C" int32_t ob_pack(const double *uv, const int32_t *chart, int64_t trian
       return ob::fail(OB_INVALID, "ob_pack without charts or a place for the layout");
     }
     if (packing->width < 1 || packing->height < 1 || packing->width > ob::kMostTexels ||
-        packing->height > ob::kMostTexels || packing->padding < 0) {
-      return ob::fail(OB_INVALID, "charts are packed into an image of 1 to 65536 texels a side, padding not below 0");
+        packing->height > ob::kMostTexels || packing->padding < 0 || packing->padding > ob::kMostTexels) {
+      return ob::fail(OB_INVALID, "charts are packed into an image of 1 to 65536 texels a side, padding of 0 to 65536");
     }
     const ob::ChartTriangles triangles{uv, chart, triangle_count, chart_count};
     if (!ob::valid(triangles)) {

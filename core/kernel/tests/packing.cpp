@@ -148,6 +148,23 @@ static void shapes_are_the_cells_that_are_touched() {
   }
 }
 
+// One that is drawn in several bands of rows: a rectangle three times on itself, and one within it.
+static void large_shapes_have_no_holes() {
+  Charts charts;
+  for (const double size : {900.0, 900.0, 900.0, 30.0}) {
+    const double right = size - 0.5;
+    const double top = 0.9 * size - 0.5;
+    charts.add(0, {0.0, 0.0, right, 0.0, right, top});
+    charts.add(0, {0.0, 0.0, right, top, 0.0, top});
+  }
+  const ChartOutlines outlines(charts.view(), false, false, 1, nullptr);
+  const CellShapes shapes(outlines, {1.0, 1e-6}, 1, nullptr);
+  const CellShape &shape = shapes.of(0, 0);
+  CHECK_EQUAL(shape.height, 810);
+  CHECK_EQUAL(shape.cells, 900 * 810);
+  CHECK_EQUAL(shape.rows[shape.height] - shape.rows[0], shape.height); // a run each
+}
+
 // A grid of bytes, searched place by place.
 struct PlainGrid {
   int32_t width, height;
@@ -202,7 +219,7 @@ static void places_are_those_of_a_plain_search() {
     const ChartOutlines outlines(charts.view(), false, false, 1, nullptr);
     const CellShapes shapes(outlines, {width < 100 ? 2.0 : 6.0, 1e-6}, 1, nullptr);
     const int32_t height = 60;
-    const int32_t gap = random.below(4);
+    const int32_t gap = random.once_in(4) ? 500 : random.below(4);
     ChartGrid grid(width, height, shapes.longest_run(), nullptr);
     PlainGrid plain{width, height, std::vector<uint8_t>(static_cast<size_t>(width * height))};
     for (int64_t c = 0; c < shapes.count(); ++c) {
@@ -259,6 +276,41 @@ static void layouts_are_alike_and_inside() {
   }
 }
 
+// Of two charts whose numbers lie far apart.
+static void numbers_without_triangles_change_nothing() {
+  const auto discs = [](int64_t other, int64_t count) {
+    Charts charts;
+    for (const int64_t chart : {int64_t{0}, other}) {
+      for (int i = 0; i < 30; ++i) {
+        const double from = 6.283185307179586 * i / 30;
+        const double to = 6.283185307179586 * (i + 1) / 30;
+        charts.add(chart, {0.0, 0.0, std::cos(from), std::sin(from), std::cos(to), std::sin(to)});
+      }
+    }
+    charts.count = count;
+    return charts;
+  };
+  const Packed plain = pack(discs(1, 2), 64, 64, 4);
+  CHECK_EQUAL(plain.packing.kept_padding, 4);
+  for (const int64_t count : {10'000, 500'000}) {
+    const Packed packed = pack(discs(9999, count), 64, 64, 4);
+    CHECK_EQUAL(packed.packing.kept_padding, 4);
+    CHECK(packed.layout == plain.layout);
+  }
+}
+
+static void padding_may_be_larger_than_the_image() {
+  Random random(6);
+  const Charts charts = random_charts(random, 3, 7);
+  for (const auto &[width, height] : {std::pair{64, 64}, {1, 1}, {3, 4000}, {65536, 1}}) {
+    for (const int32_t padding : {100, 65536}) {
+      CHECK(pack(charts, width, height, padding).packing.scale > 0.0);
+    }
+  }
+  const Charts one = random_charts(random, 1, 7);
+  CHECK_EQUAL(pack(one, 64, 64, 65536).packing.kept_padding, 65536);
+}
+
 static void whatever_has_no_area_is_packed_too() {
   Charts charts;
   charts.add(0, {1, 1, 1, 1, 1, 1});
@@ -293,6 +345,8 @@ static void what_breaks_the_contract_is_refused() {
   CHECK_EQUAL(status(uv, &chart, 0, 0), OB_INVALID);
   CHECK_EQUAL(status(uv, &chart, 100'000, 0), OB_INVALID);
   CHECK_EQUAL(status(uv, &chart, 8, -1), OB_INVALID);
+  CHECK_EQUAL(status(uv, &chart, 8, 65537), OB_INVALID);
+  CHECK_EQUAL(status(uv, &chart, 8, INT32_MAX), OB_INVALID);
   ob_packing packing{8, 8, 0, 1, 1, 0.0, 0, 0};
   ob_control control{1, 0, 0, 0};
   CHECK_EQUAL(ob_pack(uv, &chart, 1, 1, &packing, layout, &control), OB_CANCELLED);
@@ -326,8 +380,11 @@ static void a_call_stops() {
 int main() {
   rectangles_are_no_larger_than_any_along_an_edge();
   shapes_are_the_cells_that_are_touched();
+  large_shapes_have_no_holes();
   places_are_those_of_a_plain_search();
   layouts_are_alike_and_inside();
+  numbers_without_triangles_change_nothing();
+  padding_may_be_larger_than_the_image();
   whatever_has_no_area_is_packed_too();
   what_breaks_the_contract_is_refused();
   a_call_stops();

@@ -221,6 +221,14 @@ def test_triangles_on_one_another_and_mirrored_ones_are_given_room() -> None:
     assert free_texels(layout, piece, (100, 100), 3) == padding == 3
 
 
+def test_numbers_that_no_triangle_has_change_nothing() -> None:
+    uv, piece = together([arc(0.5, 1.0), arc(0.5, 1.0)])
+    layout, padding = packed(uv, piece, (64, 64), 4)
+    assert padding == 4
+    apart, kept = packed(uv, piece * 9_999, (64, 64), 4)
+    assert kept == 4 and np.array_equal(apart, layout)
+
+
 def test_a_call_tells_how_far_it_is_and_stops() -> None:
     control = Control()
     packed(*shards(50), (256, 256), 2, control=control)
@@ -240,6 +248,9 @@ def test_what_cannot_be_packed_is_refused() -> None:
             packed(uv * (bad if bad > 1.0 else 1.0) + (0.0 if bad > 1.0 else bad), piece, (10, 10), 2)
     with pytest.raises(InputError):
         packed(uv, piece - 1, (10, 10), 2)
+    for padding in (-1, 65_537, 2**31 - 1):
+        with pytest.raises(InputError):
+            packed(uv, piece, (10, 10), padding)
 
 
 def perimeter(uv: Any, piece: Any) -> float:
