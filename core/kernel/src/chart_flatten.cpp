@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <numeric>
 
 #include "chart_disk.h"
 #include "chart_layout.h"
 #include "chart_measure.h"
 #include "chart_plane.h"
+#include "chart_starts.h"
 #include "chart_stretch.h"
 #include "occlusion_charts.h"
 #include "parallel.h"
@@ -209,8 +209,7 @@ const char *validation_error(const Job &job, int64_t triangle_count, std::vector
       job.chart_count < 0 || job.chart_count > INT32_MAX) {
     return "charts of less than no vertices or triangles, or of more than 2^31 corners";
   }
-  if (job.starts == nullptr || job.starts[0] != 0 || job.starts[job.chart_count] != triangle_count ||
-      !std::is_sorted(job.starts, job.starts + job.chart_count + 1)) {
+  if (!follow_on(job.starts, job.chart_count, triangle_count)) {
     return "the charts' triangles do not follow on one another";
   }
   for (int64_t i = 0; i < 3 * job.vertex_count; ++i) {
@@ -244,9 +243,7 @@ int32_t flatten_charts(const Job &job, int64_t triangle_count, int32_t threads) 
   std::fill(job.uv, job.uv + 2 * job.vertex_count, 0.0);
   begin(job.control, triangle_count);
   const auto size = [&](int64_t chart) { return job.starts[chart + 1] - job.starts[chart]; };
-  std::vector<int64_t> order(static_cast<size_t>(job.chart_count)); // large ones first
-  std::iota(order.begin(), order.end(), int64_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](int64_t a, int64_t b) { return size(a) > size(b); });
+  const std::vector<int64_t> order = largest_first(job.starts, job.chart_count);
   try {
     run_parallel(thread_count(threads), job.chart_count, [&](const auto &next) {
       Flattener flattener(job, number);
