@@ -161,8 +161,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_smooth_labels": [c_int64, *[c_void_p] * 4, c_int32, c_void_p, _CONTROL],
     "ob_simplify": [*_MESH, c_void_p, c_double, c_int64, c_void_p, c_void_p, c_void_p, _CONTROL],
     "ob_flatten": [*_MESH, c_void_p, c_int64, c_int64, c_int32, c_void_p, c_void_p, c_void_p, _CONTROL],
-    "ob_bisect": [*[c_void_p] * 4, *[c_int64] * 3, c_void_p, _CONTROL],
-    "ob_divide": [*[c_void_p] * 4, *[c_int64] * 2, c_void_p, _CONTROL],
+    "ob_bisect": [*[c_void_p] * 4, c_int64, c_void_p, c_int64, c_void_p, c_int32, c_void_p, _CONTROL],
     "ob_overlaps": [
         *[c_void_p, c_void_p, c_int64, c_double, c_int32, c_int64],
         *[c_void_p, POINTER(c_int64), _CONTROL],

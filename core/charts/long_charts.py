@@ -5,38 +5,33 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.arrays import Doubles, Flags
+from ..base.kernel_api import Control
 from ..base.triangles import uv_area_of
 from .chart_boxes import ChartBoxes
-from .chart_mesh import ChartMesh, halves_of
+from .chart_mesh import ChartMesh
 from .divide import divided
 from .flat_charts import Cuts
 from .packing import expected_scale
-from .repair import Layout, members_of, split
+from .repair import Layout, split
 
 # A chart may be this long, a part of the image's longer side, unless it fills so much of the square of its length: then
 # it takes the room of many, and is no longer than they would be.
 _LONGEST, _COMPACT = 0.8, 0.5
 # A chart that fills less than this of its box is bent; it may be this long, a part of the longer side.
 _BENT, _LONGEST_BENT = 0.3, 0.4
-_ROUNDS = 24  # of halving
 
 
-def shortened(mesh: ChartMesh, layout: Layout, size: tuple[int, int], padding: int) -> Layout:
-    """The layout, its charts no longer than will fit when they are packed into an image of `size` texels."""
+def shortened(
+    mesh: ChartMesh, layout: Layout, size: tuple[int, int], padding: int, control: Control | None = None
+) -> Layout:
+    """The layout, its charts no longer than will fit when they are packed into an image of `size` texels. Raises
+    Cancelled."""
     uv, cuts = layout.uv, layout.cuts
     pending = np.ones(cuts.count, np.bool_)
-    for _ in range(_ROUNDS):
-        long = pending & _long(mesh, cuts, uv, size, padding)
-        if not long.any():
-            break
-        side = np.zeros(len(mesh.triangles), np.int64)
-        pending[:] = False
-        for chart, own in zip(*members_of(cuts, long), strict=True):
-            second = divided(mesh.part(own), cuts.slit[halves_of(own)], None)
-            side[own[second]] = 1
-            pending[chart] = bool(second.any() and not second.all())
-        cuts, before, _ = split(mesh, cuts, side)
-        pending = pending[before]
+    while (long := pending & _long(mesh, cuts, uv, size, padding)).any():
+        side = divided(mesh, cuts, long, control=control)
+        cuts, before, _ = split(mesh, cuts, side.astype(np.int64))
+        pending = (np.bincount(before) > 1)[before]
     return Layout(cuts, _as_large(mesh, cuts, uv))
 
 

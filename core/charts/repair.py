@@ -10,11 +10,9 @@ import numpy as np
 from ..base.arrays import Doubles, Flags, Longs
 from ..base.kernel_api import Control
 from .chart_mesh import ChartMesh, halves_of, triangle_groups
-from .divide import divided
+from .divide import divided, in_order
 from .flat_charts import Cuts, FlatCharts, lay_flat
 from .joins import Tree
-
-_ROUNDS = 64  # of cutting; each halves what is not good
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,20 +45,21 @@ def good_charts(
     joins: charts that were joined part again as they came together before they are cut anew. One polygon that does not
     fit stays as it is if it can be laid flat at all, else it falls into triangles.
     """
-    name = np.full(cuts.count, -1) if joins is None else joins.name
+    if joins is None:
+        joins = Joins(Tree(0), np.full(cuts.count, -1), np.zeros(len(mesh.triangles), np.int64))
+    name = joins.name
     uv = np.zeros((len(mesh.triangles), 3, 2))
     pending = np.ones(cuts.count, np.bool_)
-    for _ in range(_ROUNDS):
+    while pending.any():
         chosen = np.flatnonzero(pending[cuts.label])
-        if not len(chosen):
-            break
         part, inner, charts = _taken(mesh, cuts, chosen)
         flat = lay_flat(part, inner, control)
         uv[chosen] = flat.uv
-        side, names = np.zeros(len(mesh.triangles), np.int64), np.stack([name, name], axis=1)
-        for chart, own in zip(*members_of(inner, ~fits(flat)), strict=True):
-            whole, members = charts[chart], chosen[own]
-            names[whole], side[members] = _parted(part, inner, flat, chart, own, int(name[whole]), joins, members)
+        bad = ~fits(flat)
+        second, parts = _unjoined(inner, bad, Joins(joins.tree, name[charts], joins.leaf[chosen]))
+        side, names = np.zeros(len(mesh.triangles), np.int64), np.full((cuts.count, 2), -1)
+        names[charts] = parts
+        side[chosen] = second + _cut(part, inner, bad & (parts[:, 0] < 0), flat, control)
         cuts, name, pending = _renumbered(mesh, cuts, side, names)
     return Layout(cuts, uv)
 
@@ -72,38 +71,33 @@ def _taken(mesh: ChartMesh, cuts: Cuts, chosen: Longs) -> tuple[ChartMesh, Cuts,
     return part, Cuts(label.ravel(), cuts.slit[halves_of(chosen)]), charts
 
 
-def members_of(cuts: Cuts, wanted: Flags) -> tuple[Longs, list[Longs]]:
-    """The wanted charts, and the triangles of each, in rising order."""
-    charts = np.flatnonzero(wanted)
-    chosen = np.flatnonzero(wanted[cuts.label])
-    order = chosen[np.argsort(cuts.label[chosen], kind="stable")]
-    return charts, np.split(order, np.searchsorted(cuts.label[order], charts[1:])) if len(charts) else []
-
-
-def _parted(
-    mesh: ChartMesh,
-    cuts: Cuts,
-    flat: FlatCharts,
-    chart: int,
-    own: Longs,
-    name: int,
-    joins: Joins | None,
-    members: Longs,
-) -> tuple[tuple[int, int], Longs]:
-    """How a chart that does not fit is cut: names for its two sides, and the side of each of its triangles, or a number
-    for each triangle; 0 throughout where it stays."""
-    parts = joins.tree.parts(name) if joins is not None and name >= 0 else None
-    if joins is not None and parts is not None:
-        second = np.isin(joins.leaf[members], joins.tree.leaves_of(parts[1]))
+def _unjoined(cuts: Cuts, wanted: Flags, joins: Joins) -> tuple[Longs, Longs]:
+    """How the wanted charts come apart as they came together: (T,) which of its two parts each triangle is of, 0 or 1;
+    (C, 2) the names of the two, -1 where a chart was not joined, or all of it is of one part."""
+    side, names = np.zeros(len(cuts.label), np.int64), np.full((cuts.count, 2), -1)
+    wanted = wanted & (joins.name >= joins.tree.leaves)
+    order, starts = in_order(cuts, wanted)
+    for chart, start, end in zip(np.flatnonzero(wanted), starts[:-1], starts[1:], strict=True):
+        parts = joins.tree.parts(int(joins.name[chart]))
+        if parts is None:
+            continue
+        own = order[start:end]
+        second = np.isin(joins.leaf[own], joins.tree.leaves_of(parts[1]))
         if second.any() and not second.all():
-            return parts, second.astype(np.int64)
-    first, other = (int(at) for at in np.searchsorted(own, flat.overlap[chart]))
-    apart = (first, other) if flat.overlap[chart, 0] >= 0 else None
-    second = divided(mesh.part(own), cuts.slit[halves_of(own)], apart)
-    if second.any() and not second.all():
-        return (-1, -1), second.astype(np.int64)
+            side[own], names[chart] = second, parts
+    return side, names
+
+
+def _cut(mesh: ChartMesh, cuts: Cuts, wanted: Flags, flat: FlatCharts, control: Control | None) -> Longs:
+    """(T,) the sides of the wanted charts, cut in two, 0 or 1; a number for each triangle of one that cannot be cut or
+    laid flat; 0 in all others."""
+    side = divided(mesh, cuts, wanted, flat.overlap, control=control).astype(np.int64)
+    second, size = np.bincount(cuts.label, side, cuts.count), np.bincount(cuts.label, minlength=cuts.count)
+    whole = (second == 0) | (second == size)
     # A polygon that is no surface; triangles alone are.
-    return (-1, -1), np.zeros(len(own), np.int64) if flat.laid[chart] else np.arange(len(own))
+    loose = np.flatnonzero((wanted & whole & ~flat.laid)[cuts.label])
+    side[loose] = np.arange(len(loose))
+    return side
 
 
 def _renumbered(mesh: ChartMesh, cuts: Cuts, side: Longs, names: Longs) -> tuple[Cuts, Longs, Flags]:

@@ -65,20 +65,19 @@ OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int3
 OB_API int32_t ob_overlaps(const double *uv, const int32_t *group, int64_t triangle_count, double tolerance,
                            int32_t threads, int64_t capacity, int32_t *pairs, int64_t *count, ob_control *control);
 
-/* Cuts a chart in two that both hang together, along a short border. corners: triangle_count x 9, finite. neighbours:
- * triangle_count x 3, across edge i, from corner i to corner i + 1, the triangle beyond, which has this one for a
- * neighbour too, or -1. polygon: triangle_count; triangles of one polygon stay together. weight: triangle_count x 3,
- * what a border along edge i costs, zero or more: its length times how little it is wanted there. first, second: two
- * triangles that come to be on different sides; with -1, or where both are of one polygon, two that are about as far
- * apart as any. side: triangle_count, 0 where `first` is and 1 where `second` is; all 0 of a single polygon. */
-OB_API int32_t ob_bisect(const double *corners, const int64_t *neighbours, const int64_t *polygon, const double *weight,
-                         int64_t triangle_count, int64_t first, int64_t second, uint8_t *side, ob_control *control);
-
-/* Cuts a chart, given as for ob_bisect, across its length into `count` parts of like length, along short borders. part:
- * triangle_count, numbered from 0 from one end to the other. A part that does not hang together is as many parts, so
- * that there may be more than asked for; polygons longer than a part make them fewer. */
-OB_API int32_t ob_divide(const double *corners, const int64_t *neighbours, const int64_t *polygon, const double *weight,
-                         int64_t triangle_count, int64_t count, int32_t *part, ob_control *control);
+/* Cuts charts in two that both hang together, along short borders. The triangles of chart c are starts[c] to
+ * starts[c + 1]; half-edge 3 t + i is edge i of triangle t, from corner i to corner i + 1. corners: triangle_count x 9,
+ * finite. twin: triangle_count x 3, the half-edge of the chart on the other side of each, which has this one for its
+ * twin, or -1 where the chart ends. polygon: triangle_count; triangles of one polygon stay together. weight:
+ * triangle_count x 3, what a border along each half-edge costs, zero or more: its length times how little it is wanted
+ * there. apart: chart_count x 2, two triangles of a chart that come to be on different sides; two of one polygon stand
+ * for two that are about as far apart as any. With -1 a chart that has several borders is cut from one of them to
+ * another as well, along the cheapest path between polygons, so that both sides of a ring are discs; else it is as with
+ * two of one polygon. side: triangle_count, 0 where the first of the two is and 1 where the second is; all 0 of a
+ * single polygon. control: counts triangles. */
+OB_API int32_t ob_bisect(const double *corners, const int64_t *twin, const int64_t *polygon, const double *weight,
+                         int64_t triangle_count, const int64_t *starts, int64_t chart_count, const int64_t *apart,
+                         int32_t threads, uint8_t *side, ob_control *control);
 
 typedef struct ob_packing {
   int32_t width, height; /* of the image, 1 to 65536 texels a side */

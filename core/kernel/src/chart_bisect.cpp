@@ -1,206 +1,143 @@
-// A chart cut in two along a short border.
-#include <algorithm>
-#include <array>
+// Charts cut in two: one after the other, and rings so that two discs come of them.
 #include <cmath>
 
-#include "chart_along.h"
-#include "chart_border.h"
+#include "chart_bridge.h"
+#include "chart_halves.h"
+#include "chart_starts.h"
+#include "chart_vectors.h"
+#include "chart_watch.h"
 #include "occlusion_charts.h"
-#include "status.h"
+#include "parallel.h"
 
 namespace ob {
 namespace {
 
-constexpr size_t kBins = 1024;
-constexpr int64_t kCoarsest = 4096;  // nodes: few enough for any border among them to be looked for
-constexpr double kLeastShare = 0.05; // of the area, for either side, where the ends allow it
-constexpr double kEnds = 0.95;       // of the way to an end: no border is nearer to it
-constexpr double kNarrowest = 0.5;   // of half of the way from end to end: where a border may run
-
-// By how much a border counts more for leaving one side a small share of the area, as a ratio cut does (Hagen and Kahng
-// 1992).
-double unevenness(double share) {
-  const double s = std::clamp(share, 1e-3, 1.0 - 1e-3);
-  return 1.0 / (4.0 * s * (1.0 - s));
-}
-
-// The chart sorted into bins along it.
-class Profile {
-public:
-  Profile(const Dual &dual, const Along &along) : span_(along.span) {
-    std::array<double, kBins + 1> change{};
-    for (int32_t n = 0; n < dual.graph.nodes(); ++n) {
-      const size_t bin = bin_of(along.at[static_cast<size_t>(n)]);
-      below_[bin + 1] += dual.area[static_cast<size_t>(n)];
-      dual.graph.each_arc(n, [&](size_t a, int32_t to) {
-        const size_t other = bin_of(along.at[static_cast<size_t>(to)]);
-        if (bin < other) {
-          change[bin + 1] += dual.graph.weight[a];
-          change[other + 1] -= dual.graph.weight[a];
-        }
-      });
-    }
-    for (size_t bin = 1; bin <= kBins; ++bin) {
-      below_[bin] += below_[bin - 1];
-      cost_[bin] = cost_[bin - 1] + change[bin];
-    }
-    const double area = below_[kBins];
-    for (double &below : below_) {
-      below = area > 0.0 ? below / area : 0.5;
-    }
-  }
-
-  // Where a border may run: between places with a fair share of the area on either side. Neither near an end nor in
-  // too narrow a range: where most of the area lies beyond an end, that is all there is.
-  BorderRange range() const {
-    const double end = kEnds * span_;
-    const double half = 0.5 * kNarrowest * span_;
-    const double low = place_with(kLeastShare);
-    const double high = place_with(1.0 - kLeastShare);
-    const double middle = std::clamp(0.5 * (low + high), half - end, end - half);
-    return {std::max(-end, std::min(low, middle - half)), std::min(end, std::max(high, middle + half)),
-            [this](double at) {
-              const size_t bin = bin_of(at);
-              return unevenness(0.5 * (below_[bin] + below_[bin + 1]));
-            }};
-  }
-
-  // The place within the range at which the border is shortest, for how even it is, of those along which all is
-  // equally far along.
-  double best_place(const BorderRange &range) const {
-    const size_t last = bin_of(range.high);
-    size_t best = bin_of(range.low) + 1;
-    for (size_t bin = best; bin <= last; ++bin) {
-      best = cost_[bin] * unevenness(below_[bin]) < cost_[best] * unevenness(below_[best]) ? bin : best;
-    }
-    return place_of(best);
-  }
-
-private:
-  size_t bin_of(double at) const {
-    return static_cast<size_t>(std::clamp((at + span_) / (2.0 * span_) * kBins, 0.0, kBins - 1.0));
-  }
-  double place_of(size_t bin) const { return (2.0 * static_cast<double>(bin) / kBins - 1.0) * span_; }
-
-  double place_with(double share) const {
-    const auto first = std::lower_bound(below_.begin(), below_.end() - 1, share);
-    return place_of(static_cast<size_t>(first - below_.begin()));
-  }
-
-  double span_;
-  std::array<double, kBins + 2> below_{}; // share of the area in the bins before one
-  std::array<double, kBins + 2> cost_{};  // of the border before a bin
+struct Job {
+  const double *corners;
+  const int64_t *twin;
+  const int64_t *polygon;
+  const double *weight;
+  const int64_t *starts;
+  int64_t chart_count;
+  const int64_t *apart;
+  uint8_t *side;
+  ob_control *control;
 };
 
-class Bisection {
-public:
-  Bisection(const Dual &dual, const Along &along, ob_control *control)
-      : dual_(dual), along_(along), control_(control) {}
-
-  // Of each node the side.
-  std::vector<uint8_t> sides() const {
-    if (!(along_.span < INFINITY)) {
-      return split_at(INFINITY);
-    }
-    const Profile profile(dual_, along_);
-    const BorderRange range = profile.range();
-    std::vector<uint8_t> plain = split_at(profile.best_place(range));
-    std::vector<uint8_t> free = split_at(range.high);
-    BorderFinder finder(dual_.graph, along_.at, kCoarsest, control_);
-    const bool found = finder.find(range, free);
-    connect(plain);
-    connect(free);
-    return found && cost(free) < cost(plain) ? free : plain;
-  }
-
-private:
-  std::vector<uint8_t> split_at(double place) const {
-    std::vector<uint8_t> side(along_.at.size());
-    std::transform(along_.at.begin(), along_.at.end(), side.begin(), [&](double at) { return at >= place ? 1 : 0; });
-    return side;
-  }
-
-  // What does not hang together with its side's end goes to the other side.
-  void connect(std::vector<uint8_t> &side) const {
-    for (const uint8_t which : {uint8_t{1}, uint8_t{0}}) {
-      std::vector<uint8_t> reached(side.size(), 0);
-      std::vector<int32_t> open{along_.ends[which]};
-      reached[static_cast<size_t>(open[0])] = 1;
-      while (!open.empty()) {
-        const int32_t node = open.back();
-        open.pop_back();
-        dual_.graph.each_arc(node, [&](size_t, int32_t to) {
-          if (reached[static_cast<size_t>(to)] == 0 && side[static_cast<size_t>(to)] == which) {
-            reached[static_cast<size_t>(to)] = 1;
-            open.push_back(to);
-          }
-        });
-      }
-      for (size_t n = 0; n < side.size(); ++n) {
-        const bool astray = side[n] == which && reached[n] == 0;
-        side[n] = astray ? 1 - which : side[n];
-      }
+const char *error_in_chart(const Job &job, int64_t begin, int64_t end) {
+  for (int64_t i = 9 * begin; i < 9 * end; ++i) {
+    if (!(std::fabs(job.corners[i]) <= kLargest)) {
+      return "a chart with corners that are not finite, or too far away";
     }
   }
-
-  double cost(const std::vector<uint8_t> &side) const {
-    double border = 0.0;
-    double areas[2] = {0.0, 0.0};
-    for (int32_t n = 0; n < dual_.graph.nodes(); ++n) {
-      areas[side[static_cast<size_t>(n)]] += dual_.area[static_cast<size_t>(n)];
-      dual_.graph.each_arc(n, [&](size_t a, int32_t to) {
-        border += side[static_cast<size_t>(n)] < side[static_cast<size_t>(to)] ? dual_.graph.weight[a] : 0.0;
-      });
+  for (int64_t half = 3 * begin; half < 3 * end; ++half) {
+    const int64_t twin = job.twin[half];
+    if (twin != -1 && (twin < 3 * begin || twin >= 3 * end || twin == half || job.twin[twin] != half)) {
+      return "a chart with half-edges that are not one another's twins";
     }
-    const double area = areas[0] + areas[1];
-    return border * unevenness(area > 0.0 ? areas[0] / area : 0.5);
-  }
-
-  const Dual &dual_;
-  const Along &along_;
-  ob_control *control_;
-};
-
-Along along_chart(const Dual &dual, int64_t first, int64_t second, ob_control *control) {
-  if (first >= 0 && second >= 0) {
-    const int32_t a = dual.node[static_cast<size_t>(first)];
-    const int32_t b = dual.node[static_cast<size_t>(second)];
-    if (a != b) {
-      return along_between(dual, a, b, control);
+    if (!(job.weight[half] >= 0.0 && job.weight[half] <= kLargest)) {
+      return "a chart with weights out of range";
     }
   }
-  return along_length(dual, control);
+  return nullptr;
 }
 
-int32_t bisect(const Dual &dual, int64_t first, int64_t second, uint8_t *side, ob_control *control) {
-  const Along along = along_chart(dual, first, second, control);
-  std::vector<uint8_t> sides(dual.area.size(), 0);
-  if (along.ends[0] != along.ends[1] && !cancelled(control)) {
-    sides = Bisection(dual, along, control).sides();
+const char *validation_error(const Job &job, int64_t triangle_count) {
+  if (triangle_count < 0 || triangle_count > INT32_MAX / 3 || job.chart_count < 0 || job.chart_count > INT32_MAX) {
+    return "charts of less than no triangles, or of more than 2^31 corners";
   }
-  for (size_t t = 0; t < dual.node.size(); ++t) {
-    side[t] = sides[static_cast<size_t>(dual.node[t])];
+  if (!follow_on(job.starts, job.chart_count, triangle_count)) {
+    return "the charts' triangles do not follow on one another";
   }
-  return cancelled(control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
+  for (int64_t chart = 0; chart < job.chart_count; ++chart) {
+    const int64_t begin = job.starts[chart];
+    const int64_t end = job.starts[chart + 1];
+    const int64_t *apart = job.apart + 2 * chart;
+    const auto is_inside = [&](int64_t triangle) { return triangle >= begin && triangle < end; };
+    if (!(apart[0] == -1 && apart[1] == -1) && !(is_inside(apart[0]) && is_inside(apart[1]))) {
+      return "a chart is to be cut between triangles that are not its own";
+    }
+    if (const char *error = error_in_chart(job, begin, end)) {
+      return error;
+    }
+  }
+  return nullptr;
+}
+
+ChartTriangles triangles_of(const Job &job, int64_t chart) {
+  const int64_t begin = job.starts[chart];
+  const int64_t count = job.starts[chart + 1] - begin;
+  ChartTriangles triangles{static_cast<int32_t>(count), job.corners + 9 * begin, job.polygon + begin,
+                           job.weight + 3 * begin, std::vector<int32_t>(static_cast<size_t>(3 * count))};
+  std::transform(job.twin + 3 * begin, job.twin + 3 * (begin + count), triangles.twin.begin(),
+                 [&](int64_t twin) { return twin < 0 ? -1 : static_cast<int32_t>(twin - 3 * begin); });
+  return triangles;
+}
+
+struct Ends {
+  int32_t first, second; // triangles
+};
+
+// Cuts a chart of several borders from one to another. Two triangles that are to come on different sides then: those on
+// either side in the middle of that cut.
+Ends cut_across(ChartTriangles &triangles, ob_control *control) {
+  const std::vector<int32_t> path = bridge(triangles, control);
+  if (path.empty()) {
+    return {0, 0};
+  }
+  const int32_t middle = path[path.size() / 2];
+  const Ends ends{middle / 3, triangles.twin_of(middle) / 3};
+  for (const int32_t half : path) {
+    triangles.twin[at(triangles.twin_of(half))] = -1;
+    triangles.twin[at(half)] = -1;
+  }
+  return ends;
+}
+
+void bisect(const Job &job, int64_t chart) {
+  Watch(job.control).look();
+  const int64_t begin = job.starts[chart];
+  if (begin == job.starts[chart + 1]) {
+    return;
+  }
+  ChartTriangles triangles = triangles_of(job, chart);
+  const int64_t *apart = job.apart + 2 * chart;
+  const Ends ends = apart[0] < 0 ? cut_across(triangles, job.control)
+                                 : Ends{static_cast<int32_t>(apart[0] - begin), static_cast<int32_t>(apart[1] - begin)};
+  const Dual dual = dual_of(triangles);
+  const std::vector<uint8_t> sides = halves(dual, dual.node[at(ends.first)], dual.node[at(ends.second)], job.control);
+  std::transform(dual.node.begin(), dual.node.end(), job.side + begin, [&](int32_t node) { return sides[at(node)]; });
+}
+
+int32_t bisect_charts(const Job &job, int64_t triangle_count, int32_t threads) {
+  if (const char *error = validation_error(job, triangle_count)) {
+    return fail(OB_INVALID, error);
+  }
+  begin(job.control, triangle_count);
+  const std::vector<int64_t> order = largest_first(job.starts, job.chart_count);
+  try {
+    run_parallel(thread_count(threads), job.chart_count, [&](const auto &next) {
+      for (int64_t piece = next(); piece >= 0; piece = next()) {
+        const int64_t chart = order[static_cast<size_t>(piece)];
+        bisect(job, chart);
+        advance(job.control, job.starts[chart + 1] - job.starts[chart]);
+      }
+    });
+    Watch(job.control).look(); // what the last ones give is of no meaning once it is cancelled
+  } catch (const Stopped &) {
+    return fail(OB_CANCELLED, "cancelled");
+  }
+  return OB_OK;
 }
 
 } // namespace
 } // namespace ob
 
-extern "C" int32_t ob_bisect(const double *corners, const int64_t *neighbours, const int64_t *polygon,
-                             const double *weight, int64_t triangle_count, int64_t first, int64_t second, uint8_t *side,
-                             ob_control *control) {
-  return ob::guarded([&]() -> int32_t {
-    if (corners == nullptr || neighbours == nullptr || polygon == nullptr || weight == nullptr || side == nullptr ||
-        triangle_count < 0 || triangle_count > INT32_MAX || first >= triangle_count || second >= triangle_count) {
-      return ob::fail(OB_INVALID, "ob_bisect without a chart or a place for its sides, or with ends out of range");
-    }
-    if (const char *wrong = ob::error_in(corners, neighbours, weight, triangle_count)) {
-      return ob::fail(OB_INVALID, wrong);
-    }
-    if (triangle_count == 0) {
-      return OB_OK;
-    }
-    return ob::bisect(ob::dual_of(corners, neighbours, polygon, weight, triangle_count), first, second, side, control);
+extern "C" int32_t ob_bisect(const double *corners, const int64_t *twin, const int64_t *polygon, const double *weight,
+                             int64_t triangle_count, const int64_t *starts, int64_t chart_count, const int64_t *apart,
+                             int32_t threads, uint8_t *side, ob_control *control) {
+  return ob::guarded([&] {
+    return ob::bisect_charts({corners, twin, polygon, weight, starts, chart_count, apart, side, control},
+                             triangle_count, threads);
   });
 }

@@ -7,28 +7,17 @@
 #include <numeric>
 #include <utility>
 
+#include "chart_vectors.h"
 #include "status.h"
 
 namespace ob {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kLargest = 0x1p+200; // squares of it, and sums of those, are finite
-constexpr int64_t kPops = 4096;       // between looks at whether it is cancelled
+constexpr int64_t kPops = 4096; // between looks at whether it is cancelled
 // By so much of their mean all lengths and weights are more than they are told to be: no two nodes are in one place,
 // and no border is free.
 constexpr double kLeast = 1e-6;
-
-struct Point3 {
-  double x, y, z;
-};
-
-Point3 operator+(Point3 a, Point3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Point3 operator-(Point3 a, Point3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Point3 operator*(double s, Point3 a) { return {s * a.x, s * a.y, s * a.z}; }
-double norm(Point3 a) { return std::sqrt(a.x * a.x + a.y * a.y + a.z * a.z); }
-
-Point3 cross(Point3 a, Point3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
 
 // Numbers from 0 in the order of the polygons' own.
 std::vector<int32_t> numbered(const int64_t *polygon, int64_t count) {
@@ -47,53 +36,47 @@ std::vector<int32_t> numbered(const int64_t *polygon, int64_t count) {
   return number;
 }
 
-// What is known of the mesh, read as points.
-class Mesh {
+// The chart's measures.
+class Surface {
 public:
-  Mesh(const double *corners, const int64_t *neighbours, int64_t count)
-      : corners_(corners), neighbours_(neighbours), count_(count) {}
+  explicit Surface(const ChartTriangles &chart) : chart_(chart) {}
 
-  int64_t count() const { return count_; }
-
-  Point3 corner(int64_t triangle, int i) const {
-    const double *p = corners_ + 9 * triangle + 3 * i;
+  Vector3 corner(int32_t t, int i) const {
+    const double *p = chart_.corners + 9 * static_cast<int64_t>(t) + 3 * i;
     return {p[0], p[1], p[2]};
   }
 
-  double area(int64_t t) const { return 0.5 * norm(cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0))); }
-  Point3 centroid(int64_t t) const { return (1.0 / 3.0) * (corner(t, 0) + corner(t, 1) + corner(t, 2)); }
-  Point3 middle(int64_t t, int edge) const { return 0.5 * (corner(t, edge) + corner(t, (edge + 1) % 3)); }
+  double area(int32_t t) const { return 0.5 * length(cross(corner(t, 1) - corner(t, 0), corner(t, 2) - corner(t, 0))); }
+  Vector3 centroid(int32_t t) const { return (1.0 / 3.0) * (corner(t, 0) + corner(t, 1) + corner(t, 2)); }
+  Vector3 middle(int32_t t, int edge) const { return 0.5 * (corner(t, edge) + corner(t, (edge + 1) % 3)); }
 
   // Calls edge(triangle, its edge, the other triangle) once for each edge between two.
   template <typename Edge> void each_edge(Edge edge) const {
-    for (int64_t t = 0; t < count_; ++t) {
-      for (int i = 0; i < 3; ++i) {
-        if (neighbours_[3 * t + i] > t) {
-          edge(t, i, neighbours_[3 * t + i]);
-        }
+    for (int32_t half = 0; half < chart_.halves(); ++half) {
+      const int32_t twin = chart_.twin_of(half);
+      if (twin >= 0 && twin / 3 > half / 3) {
+        edge(half / 3, half % 3, twin / 3);
       }
     }
   }
 
 private:
-  const double *corners_;
-  const int64_t *neighbours_;
-  int64_t count_;
+  const ChartTriangles &chart_;
 };
 
 // The middle of each polygon: that of its area, or of its triangles' middles where it has none.
-std::vector<Point3> middles(const Mesh &mesh, Dual &dual) {
+std::vector<Vector3> middles(const Surface &surface, Dual &dual) {
   const auto nodes = static_cast<size_t>(1 + *std::max_element(dual.node.begin(), dual.node.end()));
   dual.area.assign(nodes, 0.0);
-  std::vector<Point3> weighted(nodes, Point3{});
-  std::vector<Point3> plain(nodes, Point3{});
+  std::vector<Vector3> weighted(nodes, Vector3{});
+  std::vector<Vector3> plain(nodes, Vector3{});
   std::vector<double> triangles(nodes, 0.0);
-  for (int64_t t = 0; t < mesh.count(); ++t) {
-    const auto n = static_cast<size_t>(dual.node[static_cast<size_t>(t)]);
-    const double area = mesh.area(t);
+  for (size_t t = 0; t < dual.node.size(); ++t) {
+    const auto n = at(dual.node[t]);
+    const double area = surface.area(static_cast<int32_t>(t));
     dual.area[n] += area;
-    weighted[n] = weighted[n] + area * mesh.centroid(t);
-    plain[n] = plain[n] + mesh.centroid(t);
+    weighted[n] = weighted[n] + area * surface.centroid(static_cast<int32_t>(t));
+    plain[n] = plain[n] + surface.centroid(static_cast<int32_t>(t));
     triangles[n] += 1.0;
   }
   for (size_t n = 0; n < nodes; ++n) {
@@ -128,28 +111,13 @@ void lift(std::vector<double> &values) {
 
 } // namespace
 
-const char *error_in(const double *corners, const int64_t *neighbours, const double *weight, int64_t triangle_count) {
-  for (int64_t i = 0; i < 9 * triangle_count; ++i) {
-    if (!(std::fabs(corners[i]) <= kLargest)) {
-      return "a chart with corners that are not finite, or too far away";
-    }
-  }
-  for (int64_t i = 0; i < 3 * triangle_count; ++i) {
-    if (neighbours[i] < -1 || neighbours[i] >= triangle_count || !(weight[i] >= 0.0 && weight[i] <= kLargest)) {
-      return "a chart with neighbours or weights out of range";
-    }
-  }
-  return nullptr;
-}
-
-Dual dual_of(const double *corners, const int64_t *neighbours, const int64_t *polygon, const double *weight,
-             int64_t triangle_count) {
-  const Mesh mesh(corners, neighbours, triangle_count);
+Dual dual_of(const ChartTriangles &chart) {
+  const Surface surface(chart);
   Dual dual;
-  dual.node = numbered(polygon, triangle_count);
-  const std::vector<Point3> middle = middles(mesh, dual);
+  dual.node = numbered(chart.polygon, chart.count);
+  const std::vector<Vector3> middle = middles(surface, dual);
   const auto each_border = [&](auto border) {
-    mesh.each_edge([&](int64_t t, int i, int64_t other) {
+    surface.each_edge([&](int32_t t, int i, int32_t other) {
       const auto u = static_cast<size_t>(dual.node[static_cast<size_t>(t)]);
       const auto v = static_cast<size_t>(dual.node[static_cast<size_t>(other)]);
       if (u != v) {
@@ -158,7 +126,7 @@ Dual dual_of(const double *corners, const int64_t *neighbours, const int64_t *po
     });
   };
   dual.graph.first.assign(dual.area.size() + 1, 0);
-  each_border([&](size_t u, size_t v, int64_t, int) {
+  each_border([&](size_t u, size_t v, int32_t, int) {
     ++dual.graph.first[u + 1];
     ++dual.graph.first[v + 1];
   });
@@ -169,15 +137,15 @@ Dual dual_of(const double *corners, const int64_t *neighbours, const int64_t *po
   dual.graph.weight.resize(arcs);
   dual.graph.border.resize(arcs);
   std::vector<int64_t> next(dual.graph.first.begin(), dual.graph.first.end() - 1);
-  each_border([&](size_t u, size_t v, int64_t t, int i) {
-    const Point3 edge = mesh.middle(t, i);
-    const double length = norm(edge - middle[u]) + norm(edge - middle[v]);
-    const double border = norm(mesh.corner(t, (i + 1) % 3) - mesh.corner(t, i));
+  each_border([&](size_t u, size_t v, int32_t t, int i) {
+    const Vector3 edge = surface.middle(t, i);
+    const double way = length(edge - middle[u]) + length(edge - middle[v]);
+    const double border = length(surface.corner(t, (i + 1) % 3) - surface.corner(t, i));
     for (const auto &[from, to] : {std::pair{u, v}, std::pair{v, u}}) {
       const auto arc = static_cast<size_t>(next[from]++);
       dual.graph.to[arc] = static_cast<int32_t>(to);
-      dual.length[arc] = length;
-      dual.graph.weight[arc] = weight[3 * t + i];
+      dual.length[arc] = way;
+      dual.graph.weight[arc] = chart.weight[3 * t + i];
       dual.graph.border[arc] = border;
     }
   });

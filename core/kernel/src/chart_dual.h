@@ -2,6 +2,7 @@
 #pragma once
 
 #include "chart_graph.h"
+#include "chart_triangles.h"
 #include "occlusion_kernel.h"
 
 namespace ob {
@@ -13,12 +14,10 @@ struct Dual {
   std::vector<double> length; // of the arcs: from middle to middle by way of the edge; above zero
 };
 
-// What is wrong with a chart as ob_bisect takes it, or NULL.
-const char *error_in(const double *corners, const int64_t *neighbours, const double *weight, int64_t triangle_count);
+constexpr double kLargest = 0x1p+200; // squares of it, and sums of those, are finite
 
-// Of a chart of at least one triangle with nothing wrong.
-Dual dual_of(const double *corners, const int64_t *neighbours, const int64_t *polygon, const double *weight,
-             int64_t triangle_count);
+// Of a chart of at least one triangle; its corners and weights are no larger than kLargest.
+Dual dual_of(const ChartTriangles &chart);
 
 // Of each node the length of the shortest way from one: Dijkstra 1959. Infinite where there is none, and where it was
 // cancelled.

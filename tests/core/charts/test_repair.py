@@ -5,6 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
+from occlusion_bake.core.base.errors import Cancelled
+from occlusion_bake.core.base.kernel_api import Control
 from occlusion_bake.core.charts.chart_mesh import ChartMesh, connected, triangle_groups
 from occlusion_bake.core.charts.flat_charts import Cuts, FlatCharts, lay_flat
 from occlusion_bake.core.charts.joins import Tree, replayed
@@ -85,3 +88,15 @@ def test_a_polygon_that_is_no_surface_falls_into_triangles() -> None:
     layout = good_charts(mesh, uncut(mesh), fits)
     assert layout.cuts.count == 3
     assert lay_flat(mesh, layout.cuts).laid.all()
+
+
+def test_cutting_can_be_cancelled() -> None:
+    mesh = mesh_of(net(np.stack(np.meshgrid(np.arange(9.0), np.arange(9.0), [0.0]), axis=-1)[:, :, 0]))
+    control = Control()
+
+    def none_fits(flat: FlatCharts) -> Any:
+        control.cancel = 1  # while charts are judged, so that it is the cutting that is told
+        return np.zeros(len(flat.laid), bool)
+
+    with pytest.raises(Cancelled):
+        good_charts(mesh, uncut(mesh), none_fits, control=control)
