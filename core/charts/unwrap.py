@@ -64,8 +64,10 @@ def unwrap(
     with Stages(progress) as stages:
         stages.enter("reading the mesh", 0.0, 0.05)
         mesh = connected(points, faces[sound], _numbered(polygon[sound]), None if seams is None else seams[sound])
-        layout = thickened(shortened(mesh, laid_out(mesh, stages), sides, padding))
-        control = stages.enter("packing charts", 0.8, 1.0)
+        layout = laid_out(mesh, stages)
+        control = stages.enter("cutting long charts", 0.8, 0.82)
+        layout = thickened(shortened(mesh, layout, sides, padding, control))
+        control = stages.enter("packing charts", 0.82, 1.0)
         corners, kept = packed(layout.uv, layout.cuts.label, sides, padding, control=control)
     uv = _everywhere(corners, sound, polygon, place)
     placed = uv.astype(np.float32)
