@@ -166,6 +166,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
         *[c_void_p, c_void_p, c_int64, c_double, c_int32, c_int64],
         *[c_void_p, POINTER(c_int64), _CONTROL],
     ],
+    "ob_lowest_overlaps": [c_void_p, c_void_p, c_int64, c_int64, c_double, c_int32, c_void_p, _CONTROL],
     "ob_pack": [c_void_p, c_void_p, c_int64, c_int64, POINTER(Packing), c_void_p, _CONTROL],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }

@@ -12,9 +12,8 @@ from ..base.kernel_api import Control
 from .chart_boxes import ChartBoxes
 from .chart_mesh import ChartMesh, corner_classes
 from .flatten import FLATTENED, flattened
-from .overlaps import overlapping
+from .overlaps import lowest_overlaps
 
-_MOST_PAIRS = 1 << 16
 _OVERLAP = 1e-3  # units: a triangle that lies less deep in another does not overlap it
 
 
@@ -86,16 +85,5 @@ def lay_flat(mesh: ChartMesh, cuts: Cuts, control: Control | None = None, *, mos
     uv, squared = np.empty((len(order), 3, 2)), np.empty(len(order))
     uv[order], squared[order] = flat[corners], stretch
     uv[~laid[cuts.label]] = 0.0
-    return FlatCharts(cuts.label, mesh.area, uv, laid, squared, _overlaps(uv, cuts, control))
-
-
-def _overlaps(uv: Doubles, cuts: Cuts, control: Control | None) -> Longs:
-    """(C, 2) two triangles of each chart that lie on one another, or -1."""
-    overlap = np.full((cuts.count, 2), -1)
-    group = cuts.label.astype(np.int32)
-    while True:
-        chosen = np.flatnonzero(overlap[cuts.label, 0] < 0)
-        pairs = chosen[overlapping(uv[chosen], _OVERLAP, group=group[chosen], most=_MOST_PAIRS, control=control)]
-        overlap[cuts.label[pairs[::-1, 0]]] = pairs[::-1]
-        if len(pairs) < _MOST_PAIRS:  # else charts that no pair was found of may have some all the same
-            return overlap
+    overlap = lowest_overlaps(uv, _OVERLAP, cuts.label.astype(np.int32), cuts.count, control=control)
+    return FlatCharts(cuts.label, mesh.area, uv, laid, squared, overlap.astype(np.int64))

@@ -47,3 +47,26 @@ def overlapping(
     )
     api.check(status)
     return pairs[: count.value].copy()
+
+
+def lowest_overlaps(
+    uv: Doubles, tolerance: float, group: Ints, count: int, *, threads: int = 0, control: api.Control | None = None
+) -> Ints:
+    """(count, 2) of each group the first pair that `overlapping` would give, or -1.
+
+    uv, tolerance, threads: as there. group: (T,) 0 to count - 1. Raises Cancelled; InputError for UVs, groups or a
+    tolerance out of range.
+    """
+    pairs = np.empty((count, 2), np.int32)
+    status = api.library().ob_lowest_overlaps(
+        api.address(uv, np.float64, len(uv), 3, 2),
+        api.address(group, np.int32, len(uv)),
+        len(uv),
+        count,
+        tolerance,
+        threads,
+        api.address(pairs, np.int32, count, 2),
+        api.pointer_to(control),
+    )
+    api.check(status)
+    return pairs

@@ -13,6 +13,9 @@
 extern "C" {
 #endif
 
+/* The largest coordinate that is taken, either way from 0: its fourth power is a double. */
+#define OB_LARGEST 0x1p+200
+
 /* Connected components: label[i] is the number of node i's, from 0 in the order of their first nodes; `first` and
  * `second` are the two ends of each link. */
 OB_API int32_t ob_components(int64_t count, const int32_t *first, const int32_t *second, int64_t links, int32_t *label,
@@ -64,6 +67,11 @@ OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int3
  * capacity 1 asks whether there is any. */
 OB_API int32_t ob_overlaps(const double *uv, const int32_t *group, int64_t triangle_count, double tolerance,
                            int32_t threads, int64_t capacity, int32_t *pairs, int64_t *count, ob_control *control);
+
+/* As ob_overlaps, but of each group one pair alone: that of the lowest first number, and of those of the lowest second.
+ * group: 0 to group_count - 1. pairs: group_count x 2, -1 where a group has none. */
+OB_API int32_t ob_lowest_overlaps(const double *uv, const int32_t *group, int64_t triangle_count, int64_t group_count,
+                                  double tolerance, int32_t threads, int32_t *pairs, ob_control *control);
 
 /* Cuts charts in two that both hang together, along short borders. The triangles of chart c are starts[c] to
  * starts[c + 1]; half-edge 3 t + i is edge i of triangle t, from corner i to corner i + 1. corners: triangle_count x 9,

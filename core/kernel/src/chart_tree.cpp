@@ -324,12 +324,13 @@ private:
     bounds.hull = bounds.is_filled ? Hull::of(box) : Hull::of(points, count);
   }
 
-  // These gather the points that the node's hull is to be about, and set its box and area.
+  // These gather the points that the node's hull is to be about, and set its box, its area and its lowest number.
   int gather_triangles(const TreeNode &node, Point2 *points, TreeBounds &bounds) const {
     const Triangle2 *triangles = forest_.triangles.get() + node.first;
     int count = 0;
     bounds.box = box_of(triangles[0]);
     bounds.area = 0.0;
+    bounds.lowest = forest_.number[static_cast<size_t>(node.first)]; // they are sorted
     for (int64_t i = 0; i < node.count; ++i) {
       bounds.box = about(bounds.box, box_of(triangles[i]));
       bounds.area += 0.5 * doubled_area(triangles[i]);
@@ -343,6 +344,7 @@ private:
     const TreeBounds &second = forest_.bounds[static_cast<size_t>(node.second)];
     bounds.box = about(first.box, second.box);
     bounds.area = first.area + second.area;
+    bounds.lowest = std::min(first.lowest, second.lowest);
     return add_corners(second.hull, points, add_corners(first.hull, points, 0));
   }
 

@@ -19,8 +19,9 @@ struct TreeNode {
 
 struct TreeBounds {
   Box2 box;
-  Hull hull;   // the box where that is filled well
-  double area; // of the triangles
+  Hull hull;      // the box where that is filled well
+  double area;    // of the triangles
+  int32_t lowest; // of their numbers
   bool is_filled;
 };
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "chart_hull.h"
-#include "chart_tree.h"
+#include "chart_tree_pairs.h"
 #include "checks.h"
 #include "occlusion_charts.h"
 #include "status.h"
@@ -262,6 +262,44 @@ static void test_every_triangle_is_in_one_leaf() {
   CHECK(std::all_of(seen.begin(), seen.end(), [](int times) { return times == 1; }));
 }
 
+// The first of all pairs of each group.
+static void test_lowest_pairs() {
+  Random random(17);
+  for (int round = 0; round < 60; ++round) {
+    Soup soup = any_soup(random, 20 + random.below(2000));
+    const int groups = 1 + random.below(30);
+    std::vector<int32_t> expected(static_cast<size_t>(2 * groups), -1);
+    for (int64_t i = 0; i < soup.count(); ++i) {
+      soup.group.push_back(random.below(groups));
+    }
+    const std::vector<Pair> found = overlaps(soup, 1e-3);
+    for (size_t i = found.size(); i-- > 0;) {
+      const size_t at = 2 * static_cast<size_t>(soup.group[static_cast<size_t>(found[i].first)]);
+      expected[at] = found[i].first;
+      expected[at + 1] = found[i].second;
+    }
+    std::vector<int32_t> pairs(expected.size());
+    ob_control control{0, 0, 0, 0};
+    CHECK_EQUAL(ob_lowest_overlaps(soup.uv.data(), soup.groups(), soup.count(), groups, 1e-3, 1 + random.below(4),
+                                   pairs.data(), &control),
+                OB_OK);
+    CHECK_EQUAL(control.done, control.total);
+    CHECK(pairs == expected);
+  }
+}
+
+static void test_a_large_group_among_many_is_searched_in_pieces() {
+  Random random(18);
+  Soup soup = any_soup(random, 40000);
+  for (int32_t i = 0; i < 20000; ++i) {
+    soup.group.push_back(i / 2);
+  }
+  soup.group.resize(40000, 10000);
+  const ob::Forest forest = ob::grow_forest(soup.uv.data(), soup.groups(), soup.count(), 0.0, 2, nullptr);
+  CHECK(forest.roots.size() > 8192);
+  CHECK(ob::TreePairs(forest, 0.0).tasks(nullptr).size() > forest.roots.size() + 100);
+}
+
 // Whenever it is asked to: what has no bounds yet is not read.
 static void test_growing_stops() {
   using Clock = std::chrono::steady_clock;
@@ -301,6 +339,17 @@ static void test_refusals() {
   CHECK_EQUAL(status(-1, 0.0, 1), OB_INVALID);
   ob_control control{1, 0, 0, 0};
   CHECK_EQUAL(ob_overlaps(soup.uv.data(), nullptr, 1, 0.0, 1, 1, pairs, &count, &control), OB_CANCELLED);
+  const auto lowest = [&](int32_t name, int64_t triangles, double tolerance) {
+    const int32_t group[] = {name, 0};
+    return ob_lowest_overlaps(soup.uv.data(), group, triangles, 1, tolerance, 1, pairs, nullptr);
+  };
+  CHECK_EQUAL(lowest(0, 1, 0.0), OB_OK);
+  CHECK(pairs[0] == -1 && pairs[1] == -1);
+  CHECK_EQUAL(lowest(0, 2, 0.0), OB_INVALID);
+  CHECK_EQUAL(lowest(0, 1, -1.0), OB_INVALID);
+  CHECK_EQUAL(lowest(1, 1, 0.0), OB_INVALID);
+  CHECK_EQUAL(lowest(-1, 1, 0.0), OB_INVALID);
+  CHECK_EQUAL(ob_lowest_overlaps(soup.uv.data(), nullptr, 1, 1, 0.0, 1, pairs, nullptr), OB_INVALID);
 }
 
 int main() {
@@ -311,6 +360,8 @@ int main() {
   test_in_one_place();
   test_hulls_hold_their_points();
   test_every_triangle_is_in_one_leaf();
+  test_lowest_pairs();
+  test_a_large_group_among_many_is_searched_in_pieces();
   test_growing_stops();
   test_refusals();
   return 0;

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import Cancelled, InputError
 from occlusion_bake.core.base.kernel_api import Control
-from occlusion_bake.core.charts.overlaps import overlapping
+from occlusion_bake.core.charts.overlaps import lowest_overlaps, overlapping
 
 HALF = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # of the unit square
 
@@ -140,6 +140,25 @@ def test_the_same_pairs_come_with_any_number_of_threads() -> None:
     assert every.issuperset(map(tuple, some[0].tolist()))
 
 
+@pytest.mark.parametrize("groups", [1, 40, 100])
+def test_the_lowest_pair_of_each_group(groups: int) -> None:
+    uv = soup("sizes", 500)
+    group = (np.arange(500) * 7919 % groups).astype(np.int32)
+    expected = np.full((groups, 2), -1)
+    for pair in all_pairs(uv, 0.01, group)[::-1]:
+        expected[group[pair[0]]] = pair
+    assert (expected >= 0).any()
+    for threads in (1, 3):
+        assert np.array_equal(lowest_overlaps(uv, 0.01, group, groups, threads=threads), expected)
+
+
+def test_more_pairs_than_can_be_listed_have_a_lowest_one() -> None:
+    """2 * 10^10 in one place, and a group of two whose pair comes last."""
+    uv = np.repeat(HALF[None], 200_002, axis=0)
+    group = (np.arange(len(uv)) >= 200_000).astype(np.int32)
+    assert lowest_overlaps(uv, 0.1, group, 3).tolist() == [[0, 1], [200_000, 200_001], [-1, -1]]
+
+
 def test_triangles_all_in_one_place_end_at_the_most() -> None:
     uv = np.repeat(HALF[None], 20_000, axis=0)
     assert len(overlapping(uv, 0.1, most=1)) == 1
@@ -157,6 +176,13 @@ def test_uvs_out_of_range_are_refused(wrong: float) -> None:
     uv[4, 1, 1] = wrong
     with pytest.raises(InputError):
         overlapping(uv, 0.1)
+    with pytest.raises(InputError):
+        lowest_overlaps(uv, 0.1, np.zeros(10, np.int32), 1)
+
+
+def test_groups_out_of_range_are_refused() -> None:
+    with pytest.raises(InputError):
+        lowest_overlaps(soup("even", 10), 0.1, np.arange(10, dtype=np.int32), 9)
 
 
 @pytest.mark.parametrize("tolerance", [-1.0, np.nan])
@@ -168,3 +194,5 @@ def test_a_tolerance_below_zero_is_refused(tolerance: float) -> None:
 def test_it_can_be_cancelled() -> None:
     with pytest.raises(Cancelled):
         overlapping(soup("even", 1000), 0.01, control=Control(cancel=1))
+    with pytest.raises(Cancelled):
+        lowest_overlaps(soup("even", 1000), 0.01, np.zeros(1000, np.int32), 1, control=Control(cancel=1))
