@@ -11,13 +11,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..base.arrays import Flags, Longs
+from ..base.arrays import Doubles, Flags, Longs
 from ..base.kernel_api import Control
 from .chart_mesh import ChartMesh, halves_of
 from .flat_charts import Cuts, FlatCharts, lay_flat
 from .shared_borders import JoinedCharts, SharedBorders
 
 _LEAST_SHARE = 0.15  # of the shorter border: charts that touch along less stay two
+# What runs along creases does not count, but between two charts that are both less than this part of the surface, a
+# million: a rough or a blocky surface would fall into crumbs.
+_SMALL = 2_000.0
 
 
 @dataclass
@@ -71,7 +74,7 @@ def joined(
     tree = Tree(len(charts.chart))
     name = np.arange(tree.leaves)  # of the tree, of each chart
     refused: set[tuple[int, int]] = set()
-    while len(chosen := _matching(borders, name, refused)):
+    while len(chosen := _matching(borders, _shares(borders, charts.areas(mesh)), name, refused)):
         tried = charts.joined(borders, chosen)
         good = _fitting(mesh, tried.cuts, borders.pair[chosen, 0], fits, control)
         refused.update((int(a), int(b)) for a, b in name[borders.pair[chosen[~good]]])
@@ -113,13 +116,20 @@ def absorbed(
     return np.asarray(np.unique(owner[label], return_inverse=True)[1].ravel())
 
 
-def _matching(borders: SharedBorders, name: Longs, refused: set[tuple[int, int]]) -> Longs:
+def _shares(borders: SharedBorders, area: Doubles) -> Doubles:
+    """Of each pair, how much of the shorter border of the two, whose areas are (C,), they share where there is no
+    crease; creases or not where both are small."""
+    small = (area[borders.pair] < _SMALL).all(axis=1)
+    shared = np.where(small, borders.length, borders.smooth)
+    return np.asarray(shared / np.maximum(borders.perimeter[borders.pair].min(axis=1), 1e-300))
+
+
+def _matching(borders: SharedBorders, share: Doubles, name: Longs, refused: set[tuple[int, int]]) -> Longs:
     """Pairs to try at one time: none shares a chart, the best first."""
-    score = borders.smooth / np.maximum(borders.perimeter[borders.pair].min(axis=1), 1e-300)
     taken: set[int] = set()
     chosen = []
-    for i in np.lexsort((np.arange(len(score)), -score)):
-        if score[i] < _LEAST_SHARE:
+    for i in np.argsort(-share, kind="stable"):
+        if share[i] < _LEAST_SHARE:
             break
         a, b = (int(chart) for chart in borders.pair[i])
         if a in taken or b in taken or (int(name[a]), int(name[b])) in refused:

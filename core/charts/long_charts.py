@@ -1,4 +1,5 @@
-"""Charts too long for an image cut across, so that none of them decides how small all the others become."""
+"""Charts too long for an image, or too bent to lie close to others, cut across, so that none of them decides how small
+all the others become."""
 
 from __future__ import annotations
 
@@ -19,19 +20,21 @@ from .repair import Layout, split
 _LONGEST, _COMPACT = 0.8, 0.5
 # A chart that fills less than this of its box is bent; it may be this long, a part of the longer side.
 _BENT, _LONGEST_BENT = 0.3, 0.4
+# Where charts fill less than this of their boxes in sum, those are cut that leave so much of what is left empty, or a
+# good part of what the emptiest one leaves.
+_FILLED, _GOOD_PART = 0.3, 0.25
 
 
 def shortened(
     mesh: ChartMesh, layout: Layout, size: tuple[int, int], padding: int, control: Control | None = None
 ) -> Layout:
-    """The layout, its charts no longer than will fit when they are packed into an image of `size` texels. Raises
-    Cancelled."""
+    """The layout, its charts such as will fit when they are packed into an image of `size` texels. Raises Cancelled."""
     uv, cuts = layout.uv, layout.cuts
     pending = np.ones(cuts.count, np.bool_)
-    while (long := pending & _long(mesh, cuts, uv, size, padding)).any():
-        side = divided(mesh, cuts, long, control=control)
+    while (unfit := pending & _unfit(mesh, cuts, uv, size, padding)).any():
+        side = divided(mesh, cuts, unfit, control=control)
         cuts, before, _ = split(mesh, cuts, side.astype(np.int64))
-        pending = (np.bincount(before) > 1)[before]
+        pending = (np.bincount(before) > 1)[before] | ~unfit[before]
     return Layout(cuts, _as_large(mesh, cuts, uv))
 
 
@@ -43,13 +46,22 @@ def _as_large(mesh: ChartMesh, cuts: Cuts, uv: Doubles) -> Doubles:
     return np.asarray(uv * scale[cuts.label][:, None, None])
 
 
-def _long(mesh: ChartMesh, cuts: Cuts, uv: Doubles, size: tuple[int, int], padding: int) -> Flags:
-    """(C,) bool: charts that are too long."""
+def _unfit(mesh: ChartMesh, cuts: Cuts, uv: Doubles, size: tuple[int, int], padding: int) -> Flags:
+    """(C,) bool: charts that are too long, or too bent."""
     area = np.bincount(cuts.label, np.maximum(uv_area_of(uv), 0.0), cuts.count)
-    rim = ~cuts.joined(mesh)
-    perimeter = float(mesh.lengths[rim].sum())
+    perimeter = float(mesh.lengths[~cuts.joined(mesh)].sum())
     scale = expected_scale(float(area.sum()), perimeter, cuts.count, size, padding)
     box = ChartBoxes.of(cuts.label, cuts.count, uv)
     bent = area < _BENT * box.area
     compact = area >= _COMPACT * box.length**2
-    return np.asarray(~compact & (box.length * scale > np.where(bent, _LONGEST_BENT, _LONGEST) * max(size)))
+    long = box.length * scale > np.where(bent, _LONGEST_BENT, _LONGEST) * max(size)
+    return np.asarray((long & ~compact) | _spread(area, box.area))
+
+
+def _spread(area: Doubles, box: Doubles) -> Flags:
+    """(C,) bool: charts, each of an area in a box of another, most of which are to be cut if an image is to be filled:
+    arcs, that leave their insides empty."""
+    empty = np.where(area < _FILLED * box, box - area, 0.0)
+    if area.sum() >= _FILLED * box.sum():
+        return np.zeros(len(area), np.bool_)
+    return np.asarray(empty > _GOOD_PART * empty.max())

@@ -56,6 +56,10 @@ class JoinedCharts:
         slit[halves_of(self.members)] = self.slit
         return Cuts(self.chart[self.leaf], slit)
 
+    def areas(self, mesh: ChartMesh) -> Doubles:
+        """(C,) on the surface of the whole mesh; 0 of a leaf that is part of another chart."""
+        return np.bincount(self.chart[self.leaf], mesh.area, len(self.chart)).astype(np.float64)
+
     def joined(self, borders: SharedBorders, chosen: Longs) -> JoinedCharts:
         """The charts of these pairs joined along their stretches; what else they share stays cut. No chart is in two
         pairs."""
