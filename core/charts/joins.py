@@ -20,7 +20,7 @@ from .shared_borders import JoinedCharts, SharedBorders
 _LEAST_SHARE = 0.15  # of the shorter border: charts that touch along less stay two
 # What runs along creases does not count, but between two charts that are both less than this part of the surface, a
 # million: a rough or a blocky surface would fall into crumbs.
-_SMALL = 2_000.0
+SMALL = 2_000.0
 
 
 @dataclass
@@ -119,7 +119,7 @@ def absorbed(
 def _shares(borders: SharedBorders, area: Doubles) -> Doubles:
     """Of each pair, how much of the shorter border of the two, whose areas are (C,), they share where there is no
     crease; creases or not where both are small."""
-    small = (area[borders.pair] < _SMALL).all(axis=1)
+    small = (area[borders.pair] < SMALL).all(axis=1)
     shared = np.where(small, borders.length, borders.smooth)
     return np.asarray(shared / np.maximum(borders.perimeter[borders.pair].min(axis=1), 1e-300))
 

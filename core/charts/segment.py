@@ -17,7 +17,7 @@ from .borders import settled
 from .chart_mesh import ChartMesh, halves_of, triangle_groups
 from .coarse import CoarseMesh
 from .flat_charts import Cuts, FlatCharts, lay_flat
-from .joins import Tree, absorbed, joined, replayed
+from .joins import SMALL, Tree, absorbed, joined, replayed
 from .repair import Joins, Layout, good_charts
 from .stages import Stages
 
@@ -88,12 +88,20 @@ def _pieces(coarse: CoarseMesh, fits: Callable[[FlatCharts], Flags], control: Co
     uncut = np.zeros(len(mesh.twin), np.bool_)
     hard = np.flatnonzero(~lay_flat(mesh, Cuts(label, uncut), control).good(*_PIECE)[label])
     if len(hard):
-        smooth = inner & (mesh.crease(np.arange(len(mesh.twin))) < _EDGE)
-        part, faces = mesh.part(hard), triangle_groups(mesh, smooth)[0][hard]
+        part, faces = mesh.part(hard), _faces(mesh, inner)[hard]
         cuts = Cuts(np.unique(faces, return_inverse=True)[1].ravel(), uncut[halves_of(hard)])
         label[hard] = int(label.max()) + 1 + good_charts(part, cuts, fits, None, control).cuts.label
         label = np.unique(label, return_inverse=True)[1].ravel()
     return absorbed(mesh, label, coarse.locked, fits, control)
+
+
+def _faces(mesh: ChartMesh, inner: Flags) -> Longs:
+    """(T,) what sharp edges part, of all half-edges `inner`; not small from small: a rough surface would be dust."""
+    smooth = inner & (mesh.crease(np.arange(len(mesh.twin))) < _EDGE)
+    face, count = triangle_groups(mesh, smooth)
+    small = (np.bincount(face, mesh.area, count) < SMALL)[face]
+    smooth |= inner & np.repeat(small, 3) & small[mesh.across]
+    return triangle_groups(mesh, smooth)[0].astype(np.int64)
 
 
 def _leaves(mesh: ChartMesh, pieces: Longs, carried: Longs, tree: Tree) -> Longs:
