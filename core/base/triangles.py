@@ -17,14 +17,6 @@ def tangents(corners: Doubles, uv: Doubles) -> tuple[Doubles, Doubles]:
     return along_u, along_v
 
 
-def singular(corners: Doubles, uv: Doubles) -> tuple[Doubles, Doubles]:
-    """(n,) each: the singular values of the map from UV to surface, larger first."""
-    along_u, along_v = tangents(corners, uv)
-    a, b, c = square(along_u), (along_u * along_v).sum(axis=1), square(along_v)
-    root = np.hypot(a - c, 2.0 * b)
-    return np.sqrt(0.5 * (a + c + root)), np.sqrt(np.maximum(0.5 * (a + c - root), 0.0))
-
-
 def area_of(corners: Doubles) -> Doubles:
     """(n,) area of triangles (n, 3, 3)."""
     area: Doubles = 0.5 * np.sqrt(square(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])))

@@ -43,7 +43,7 @@ def good_charts(
     """Lay charts flat; those that do not fit are cut in two, until all do. Raises Cancelled.
 
     joins: charts that were joined part again as they came together before they are cut anew. One polygon that does not
-    fit stays as it is if it can be laid flat at all, else it falls into triangles.
+    fit stays as it is if it can be laid flat without overlap, else it falls into triangles.
     """
     if joins is None:
         joins = Joins(Tree(0), np.full(cuts.count, -1), np.zeros(len(mesh.triangles), np.int64))
@@ -89,13 +89,13 @@ def _unjoined(cuts: Cuts, wanted: Flags, joins: Joins) -> tuple[Longs, Longs]:
 
 
 def _cut(mesh: ChartMesh, cuts: Cuts, wanted: Flags, flat: FlatCharts, control: Control | None) -> Longs:
-    """(T,) the sides of the wanted charts, cut in two, 0 or 1; a number for each triangle of one that cannot be cut or
-    laid flat; 0 in all others."""
+    """(T,) the sides of the wanted charts, cut in two, 0 or 1; a number for each triangle of one that can neither be cut
+    nor laid flat without overlap; 0 in all others."""
     side = divided(mesh, cuts, wanted, flat.overlap, control=control).astype(np.int64)
     second, size = np.bincount(cuts.label, side, cuts.count), np.bincount(cuts.label, minlength=cuts.count)
     whole = (second == 0) | (second == size)
-    # A polygon that is no surface; triangles alone are.
-    loose = np.flatnonzero((wanted & whole & ~flat.laid)[cuts.label])
+    # A polygon that is no surface, or lies on itself; triangles alone do not.
+    loose = np.flatnonzero((wanted & whole & (~flat.laid | (flat.overlap[:, 0] >= 0)))[cuts.label])
     side[loose] = np.arange(len(loose))
     return side
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.arrays import Doubles
-from ..base.triangles import area_of, singular, uv_area_of
+from ..base.triangles import area_of, square, tangents, uv_area_of
 
 
 @dataclass(frozen=True)
@@ -33,15 +33,17 @@ def stretch_of(corners: Doubles, uv: Doubles) -> Stretch:
     if not good.any():
         return Stretch(np.inf, np.inf, np.inf, np.inf)
     area, flat = surface[good], drawn[good]
-    largest, least = singular(corners[good], uv[good])
-    unit = np.sqrt(area.sum() / flat.sum())
-    l2 = np.sqrt(0.5 * (largest**2 + least**2)) / unit
+    along_u, along_v = tangents(corners[good], uv[good])
+    energy = 0.5 * (square(along_u) + square(along_v))  # half the sum of the singular values' squares
+    product = area / flat  # of the singular values
+    scale = area.sum() / flat.sum()
+    l2 = np.sqrt(energy / scale)
     order = np.argsort(l2)
     rank = np.searchsorted(np.cumsum(area[order]), 0.95 * area.sum())
-    ratio, skew = area / flat / unit**2, largest / np.maximum(least, np.finfo(np.float64).tiny)
+    ratio = product / scale
     return Stretch(
         l2=float(np.sqrt(np.average(l2**2, weights=area))),
         p95=float(l2[order][min(rank, len(order) - 1)]),
         area=float(np.average(np.maximum(ratio, 1.0 / ratio), weights=area)),
-        angle=float(np.average(0.5 * (skew + 1.0 / skew), weights=area)),
+        angle=float(np.average(energy / product, weights=area)),
     )
