@@ -48,7 +48,7 @@ def _as_large(mesh: ChartMesh, cuts: Cuts, uv: Doubles) -> Doubles:
 
 def _unfit(mesh: ChartMesh, cuts: Cuts, uv: Doubles, size: tuple[int, int], padding: int) -> Flags:
     """(C,) bool: charts that are too long, or too bent."""
-    area = np.bincount(cuts.label, np.maximum(uv_area_of(uv), 0.0), cuts.count)
+    area: Doubles = np.bincount(cuts.label, np.maximum(uv_area_of(uv), 0.0), cuts.count).astype(np.float64)
     perimeter = float(mesh.lengths[~cuts.joined(mesh)].sum())
     scale = expected_scale(float(area.sum()), perimeter, cuts.count, size, padding)
     box = ChartBoxes.of(cuts.label, cuts.count, uv)

@@ -89,8 +89,8 @@ def _unjoined(cuts: Cuts, wanted: Flags, joins: Joins) -> tuple[Longs, Longs]:
 
 
 def _cut(mesh: ChartMesh, cuts: Cuts, wanted: Flags, flat: FlatCharts, control: Control | None) -> Longs:
-    """(T,) the sides of the wanted charts, cut in two, 0 or 1; a number for each triangle of one that can neither be cut
-    nor laid flat without overlap; 0 in all others."""
+    """(T,) the sides of the wanted charts, cut in two, 0 or 1; a number for each triangle of one that neither can be
+    cut nor lies flat without overlap; 0 in all others."""
     side = divided(mesh, cuts, wanted, flat.overlap, control=control).astype(np.int64)
     second, size = np.bincount(cuts.label, side, cuts.count), np.bincount(cuts.label, minlength=cuts.count)
     whole = (second == 0) | (second == size)

@@ -9,7 +9,7 @@ import pytest
 from occlusion_bake.core.charts.unwrap import unwrap
 from occlusion_bake.tests.oracles.charts import loose_pieces, organic, round_shapes
 from occlusion_bake.tests.oracles.charts.defects import DEFECTS
-from occlusion_bake.tests.oracles.charts.judge import Judgement, assert_sound, surface_areas
+from occlusion_bake.tests.oracles.charts.judge import Judgement, assert_sound, judged, surface_areas
 from occlusion_bake.tests.oracles.charts.kinds import KINDS, ChartCase
 from occlusion_bake.tests.oracles.charts.polygon_mesh import PolygonMesh
 from occlusion_bake.tests.oracles.charts.properties import charts_are_sound
@@ -104,6 +104,30 @@ def largest_root(a: float, b: float, c: float) -> float:
 )
 def test_loose_pieces_fill_half_the_image(mesh: PolygonMesh) -> None:
     assert charted(mesh, 512).used >= 0.5
+
+
+def test_arcs_are_cut_until_they_fill_the_image() -> None:
+    """A whole turn of a thread is an almost closed ring, empty within."""
+    assert charted(round_shapes.thread(48, 8), 512).used >= 0.5
+
+
+def test_a_rough_surface_is_no_dust() -> None:
+    mesh = organic.terrain(60, 0, 4.0)
+    found = charted(mesh, 512)
+    assert found.charts < len(mesh.triangles) / 15
+    assert found.used >= 0.45
+
+
+def test_a_polygon_that_lies_on_itself_is_parted() -> None:
+    """Two turns about a point, in one plane: the second a little wider, for two corners in one place are one."""
+    angle = np.linspace(0.0, 4.0 * np.pi, 17)
+    rim = (1.0 + 0.02 * angle)[:, None] * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
+    at = np.arange(16)
+    triangles = np.stack([0 * at, at + 1, at + 2], axis=1).astype(np.int32)
+    vertices = np.concatenate([np.zeros((1, 3)), rim]).astype(np.float32)
+    mesh = PolygonMesh(vertices, triangles, np.zeros(16, np.int32))
+    found = judged(mesh, unwrap("target", *mesh, size=256, padding=2).uv, (256, 256), 2)
+    assert (found.overlaps, found.mirrored, found.collapsed) == (0, 0, 0)
 
 
 @pytest.mark.parametrize("size", [(64, 64), (256, 128)])

@@ -59,6 +59,19 @@ def waves(cells: int = 24, noise: float = 0.0) -> PolygonMesh:
     return net(np.stack([x, y, z], axis=-1))
 
 
+def terrain(cells: int, seed: int, height: float = 0.5) -> PolygonMesh:
+    """A square of side 4 with hills on hills, each octave half as high and half as wide as the one before."""
+    rng = np.random.default_rng(seed)
+    x, y = np.meshgrid(np.linspace(-2, 2, cells + 1), np.linspace(-2, 2, cells + 1))
+    z = np.zeros_like(x)
+    for octave in range(5):
+        for _ in range(4):
+            turn, phase = rng.uniform(0.0, 2.0 * np.pi, 2)
+            wave = 1.5 * 2.0**octave * (np.cos(turn) * x + np.sin(turn) * y)
+            z += 0.5 ** (octave + 1) * height * np.sin(wave + phase)
+    return net(np.stack([x, y, z], axis=-1))
+
+
 def star(levels: int, seed: int, arms: int = 6, reach: float = 1.5) -> PolygonMesh:
     """A ball with horns."""
     rng, mesh = np.random.default_rng(seed), ball(levels)

@@ -72,6 +72,16 @@ def spring(sides: int, turns: float = 4.0, steps: int = 24, wire: float = 0.12, 
     return net(middle[:, None] + wire * section, close_columns=True)
 
 
+def thread(sides: int, turns: int = 6, pitch: float = 0.15) -> PolygonMesh:
+    """Of a screw of radius 1: two flanks that wind about it. sides: a turn."""
+    angle = np.linspace(0.0, 2.0 * np.pi * turns, sides * turns + 1)
+    climb = pitch * angle / (2.0 * np.pi)
+    rows = []
+    for radius, rise in ((1.0, 0.0), (1.0 + pitch, 0.5 * pitch), (1.0, pitch)):
+        rows.append(np.stack([radius * np.cos(angle), radius * np.sin(angle), climb + rise], axis=1))
+    return net(np.stack(rows, axis=1))
+
+
 def round_parts(sides: int) -> PolygonMesh:
     """A tube, a ring on it and a cone within, none of their vertices shared."""
     parts = [tube(sides, 0.5), placed(ring(sides, 0.6), at=(0, 0, 0.5)), placed(cone(sides, 0.4), scale=(0.3, 0.3, 1))]
