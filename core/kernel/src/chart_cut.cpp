@@ -11,8 +11,9 @@
 namespace ob {
 namespace {
 
-constexpr double kTotal = 0x1p+40;  // all costs together
-constexpr int64_t kScans = 1 << 16; // arcs looked at between looks at whether it is cancelled
+constexpr double kTotal = 0x1p+40;     // all costs together
+constexpr double kLeastTotal = 1e-200; // less costs nothing, and has no inverse
+constexpr int64_t kScans = 1 << 16;    // arcs looked at between looks at whether it is cancelled
 constexpr int64_t kMostScansAnArc = 4000;
 
 } // namespace
@@ -65,7 +66,7 @@ void BandCut::build(int32_t nodes, const std::vector<Link> &links) {
   arcs_.resize(2 * links.size());
   current_.assign(first_.begin(), first_.end() - 1);
   for (const Link &link : links) {
-    add_pair(link, total > 0.0 ? kTotal / total : 0.0, current_);
+    add_pair(link, total > kLeastTotal ? kTotal / total : 0.0, current_);
   }
   current_.assign(first_.begin(), first_.end() - 1);
 }
