@@ -13,7 +13,9 @@
 extern "C" {
 #endif
 
-/* The largest coordinate that is taken, either way from 0: its fourth power is a double. */
+/* The largest coordinate, or other number, either way from 0: its fourth power is a double. Anything larger, and what
+ * is no number, is OB_INVALID; so is NULL, but for arrays of no elements and where it is said to be taken. ob_simplify
+ * alone takes any finite place. */
 #define OB_LARGEST 0x1p+200
 
 /* Connected components: label[i] is the number of node i's, from 0 in the order of their first nodes; `first` and
@@ -47,8 +49,8 @@ enum ob_flattened {
   OB_NOT_TRIED = 3   /* too many triangles: uv is 0 */
 };
 
-/* Flattens charts. triangles: those of chart c are starts[c] to starts[c + 1]; a vertex belongs to one chart. Points
- * may be of any finite size. A plane is laid out as it is, of any outline, with triangles that have no area. Any other
+/* Flattens charts. triangles: those of chart c are starts[c] to starts[c + 1]; a vertex belongs to one chart.
+ * A plane is laid out as it is, of any outline, with triangles that have no area. Any other
  * chart, of no more than `most` triangles, is with little stretch: the symmetric Dirichlet energy of the map is brought
  * down, from one without mirrored triangles to another; all triangles are counter-clockwise, in float32 too once a
  * chart is 1000 large, but for slivers of less height than that tells apart; those of a height below 1e-4 of their
@@ -61,7 +63,7 @@ OB_API int32_t ob_flatten(const double *points, int64_t vertex_count, const int3
                           double *stretch, int32_t *state, ob_control *control);
 
 /* Pairs of triangles of one group whose insides meet by more than `tolerance`: so far would one of them have to be
- * moved to part them. A triangle no thicker than that overlaps none. uv: triangle_count x 6, finite, either way round.
+ * moved to part them. A triangle no thicker than that overlaps none. uv: triangle_count x 6, either way round.
  * group: of each triangle, or NULL for one group of all. pairs: room for `capacity` x 2, lower number first, in rising
  * order; count: how many are found. The search ends at `capacity` of them, of more the same ones are found each time;
  * capacity 1 asks whether there is any. */
@@ -74,8 +76,8 @@ OB_API int32_t ob_lowest_overlaps(const double *uv, const int32_t *group, int64_
                                   double tolerance, int32_t threads, int32_t *pairs, ob_control *control);
 
 /* Cuts charts in two that both hang together, along short borders. The triangles of chart c are starts[c] to
- * starts[c + 1]; half-edge 3 t + i is edge i of triangle t, from corner i to corner i + 1. corners: triangle_count x 9,
- * finite. twin: triangle_count x 3, the half-edge of the chart on the other side of each, which has this one for its
+ * starts[c + 1]; half-edge 3 t + i is edge i of triangle t, from corner i to corner i + 1. corners: triangle_count x 9.
+ * twin: triangle_count x 3, the half-edge of the chart on the other side of each, which has this one for its
  * twin, or -1 where the chart ends. polygon: triangle_count; triangles of one polygon stay together. weight:
  * triangle_count x 3, what a border along each half-edge costs, zero or more: its length times how little it is wanted
  * there. apart: chart_count x 2, two triangles of a chart that come to be on different sides; two of one polygon stand

@@ -1,12 +1,11 @@
 // Charts cut in two: one after the other, and rings so that two discs come of them.
-#include <cmath>
 
+#include "chart_arguments.h"
 #include "chart_bridge.h"
 #include "chart_halves.h"
 #include "chart_starts.h"
 #include "chart_vectors.h"
 #include "chart_watch.h"
-#include "occlusion_charts.h"
 #include "parallel.h"
 
 namespace ob {
@@ -25,17 +24,15 @@ struct Job {
 };
 
 const char *error_in_chart(const Job &job, int64_t begin, int64_t end) {
-  for (int64_t i = 9 * begin; i < 9 * end; ++i) {
-    if (!(std::fabs(job.corners[i]) <= kLargest)) {
-      return "a chart with corners that are not finite, or too far away";
-    }
+  if (!all_in_range(job.corners + 9 * begin, 9 * (end - begin))) {
+    return "a chart with corners that are not finite, or too far away";
   }
   for (int64_t half = 3 * begin; half < 3 * end; ++half) {
     const int64_t twin = job.twin[half];
     if (twin != -1 && (twin < 3 * begin || twin >= 3 * end || twin == half || job.twin[twin] != half)) {
       return "a chart with half-edges that are not one another's twins";
     }
-    if (!(job.weight[half] >= 0.0 && job.weight[half] <= kLargest)) {
+    if (!(job.weight[half] >= 0.0 && job.weight[half] <= OB_LARGEST)) {
       return "a chart with weights out of range";
     }
   }
@@ -43,6 +40,10 @@ const char *error_in_chart(const Job &job, int64_t begin, int64_t end) {
 }
 
 const char *validation_error(const Job &job, int64_t triangle_count) {
+  if (!all_given(triangle_count, job.corners, job.twin, job.polygon, job.weight, job.side) || job.starts == nullptr ||
+      !all_given(job.chart_count, job.apart)) {
+    return "no charts, or no place for their sides";
+  }
   if (triangle_count < 0 || triangle_count > INT32_MAX / 3 || job.chart_count < 0 || job.chart_count > INT32_MAX) {
     return "charts of less than no triangles, or of more than 2^31 corners";
   }

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <vector>
 
+#include "chart_arguments.h"
 #include "chart_watch.h"
-#include "occlusion_charts.h"
 #include "status.h"
 
 namespace ob {
@@ -158,6 +158,9 @@ bool in_contract(const Graph &graph) {
       return false;
     }
   }
+  if (!all_given(graph.starts[graph.count], graph.neighbours, graph.flow)) {
+    return false;
+  }
   for (int64_t i = 0; i < graph.starts[graph.count]; ++i) {
     if (graph.neighbours[i] < 0 || graph.neighbours[i] >= graph.count) {
       return false;
@@ -173,8 +176,9 @@ extern "C" int32_t ob_smooth_labels(int64_t count, const int64_t *starts, const 
                                     const uint8_t *may_change, int32_t steps, int32_t *label, ob_control *control) {
   return ob::guarded([&]() -> int32_t {
     const ob::Graph graph{count, starts, neighbours, flow};
-    if (count < 0 || count > INT32_MAX || starts[0] != 0 || !ob::in_contract(graph)) {
-      return ob::fail(OB_INVALID, "labels: neighbours out of range");
+    if (starts == nullptr || !ob::all_given(count, may_change, label) || count < 0 || count > INT32_MAX ||
+        starts[0] != 0 || !ob::in_contract(graph)) {
+      return ob::fail(OB_INVALID, "labels: without faces, or neighbours out of range");
     }
     try {
       ob::smooth(graph, may_change, steps, label, ob::Watch(control));

@@ -1,7 +1,7 @@
 #include <numeric>
 #include <vector>
 
-#include "occlusion_charts.h"
+#include "chart_arguments.h"
 #include "status.h"
 
 namespace {
@@ -21,8 +21,9 @@ int32_t root_of(std::vector<int32_t> &parent, int32_t node) {
 extern "C" int32_t ob_components(int64_t count, const int32_t *first, const int32_t *second, int64_t links,
                                  int32_t *label, int64_t *components) {
   return ob::guarded([&]() -> int32_t {
-    if (count < 0 || count > INT32_MAX || links < 0 || components == nullptr) {
-      return ob::fail(OB_INVALID, "components: counts out of range");
+    if (!ob::all_given(count, label) || !ob::all_given(links, first, second) || components == nullptr || count < 0 ||
+        count > INT32_MAX || links < 0) {
+      return ob::fail(OB_INVALID, "components: without links or a place for labels, or counts out of range");
     }
     std::vector<int32_t> parent(static_cast<size_t>(count));
     std::iota(parent.begin(), parent.end(), 0);

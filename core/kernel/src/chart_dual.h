@@ -14,9 +14,7 @@ struct Dual {
   std::vector<double> length; // of the arcs: from middle to middle by way of the edge; above zero
 };
 
-constexpr double kLargest = 0x1p+200; // squares of it, and sums of those, are finite
-
-// Of a chart of at least one triangle; its corners and weights are no larger than kLargest.
+// Of a chart of at least one triangle; its corners and weights are no larger than OB_LARGEST.
 Dual dual_of(const ChartTriangles &chart);
 
 // Of each node the length of the shortest way from one: Dijkstra 1959. Infinite where there is none, and where it was

@@ -1,12 +1,12 @@
 #include <algorithm>
 
+#include "chart_arguments.h"
 #include "chart_disk.h"
 #include "chart_layout.h"
 #include "chart_measure.h"
 #include "chart_plane.h"
 #include "chart_starts.h"
 #include "chart_stretch.h"
-#include "occlusion_charts.h"
 #include "parallel.h"
 #include "status.h"
 
@@ -205,6 +205,10 @@ bool Flattener::is_sliver(const size_t *v) const {
 }
 
 const char *validation_error(const Job &job, int64_t triangle_count, std::vector<int32_t> &chart_of) {
+  if (!all_given(job.vertex_count, job.points, job.uv) || !all_given(triangle_count, job.triangles, job.stretch) ||
+      job.starts == nullptr || !all_given(job.chart_count, job.state)) {
+    return "no charts, or no place for what is made of them";
+  }
   if (job.vertex_count < 0 || job.vertex_count > INT32_MAX || triangle_count < 0 || triangle_count > INT32_MAX / 4 ||
       job.chart_count < 0 || job.chart_count > INT32_MAX) {
     return "charts of less than no vertices or triangles, or of more than 2^31 corners";
@@ -212,10 +216,8 @@ const char *validation_error(const Job &job, int64_t triangle_count, std::vector
   if (!follow_on(job.starts, job.chart_count, triangle_count)) {
     return "the charts' triangles do not follow on one another";
   }
-  for (int64_t i = 0; i < 3 * job.vertex_count; ++i) {
-    if (!(std::fabs(job.points[i]) <= 1e150)) {
-      return "a point that is not finite, or too far off";
-    }
+  if (!all_in_range(job.points, 3 * job.vertex_count)) {
+    return "a point that is not finite, or too far off";
   }
   chart_of.assign(static_cast<size_t>(job.vertex_count), kNone);
   for (int64_t chart = 0; chart < job.chart_count; ++chart) {

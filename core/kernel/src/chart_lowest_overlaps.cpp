@@ -4,8 +4,8 @@
 // take no longer than others; and what is likely to hold low ones comes first.
 #include <atomic>
 
+#include "chart_arguments.h"
 #include "chart_tree_pairs.h"
-#include "occlusion_charts.h"
 #include "parallel.h"
 #include "status.h"
 
@@ -99,15 +99,15 @@ extern "C" int32_t ob_lowest_overlaps(const double *uv, const int32_t *group, in
                                       int64_t group_count, double tolerance, int32_t threads, int32_t *pairs,
                                       ob_control *control) {
   return ob::guarded([&]() -> int32_t {
-    if (uv == nullptr || group == nullptr || pairs == nullptr || triangle_count < 0 || triangle_count > INT32_MAX ||
-        group_count < 0 || group_count > INT32_MAX || !(tolerance >= 0.0)) {
+    if (!ob::all_given(triangle_count, uv, group) || !ob::all_given(group_count, pairs) || triangle_count < 0 ||
+        triangle_count > INT32_MAX || group_count < 0 || group_count > INT32_MAX || !(tolerance >= 0.0)) {
       return ob::fail(OB_INVALID, "ob_lowest_overlaps without UVs, groups or a tolerance of zero or more");
     }
     if (!ob::has_groups(group, triangle_count, group_count)) {
       return ob::fail(OB_INVALID, "ob_lowest_overlaps with groups out of range");
     }
-    if (const char *wrong = ob::error_in(uv, triangle_count)) {
-      return ob::fail(OB_INVALID, wrong);
+    if (!ob::all_in_range(uv, 6 * triangle_count)) {
+      return ob::fail(OB_INVALID, "ob_lowest_overlaps with UVs that are not finite, or too large");
     }
     const int all = ob::thread_count(threads);
     const ob::Forest forest = ob::grow_forest(uv, group, triangle_count, tolerance, all, control);

@@ -1,10 +1,8 @@
 // Which triangles of a chart lie on one another: all pairs, up to so many.
-#include "occlusion_charts.h"
-
 #include <array>
 #include <atomic>
-#include <cmath>
 
+#include "chart_arguments.h"
 #include "chart_tree_pairs.h"
 #include "parallel.h"
 #include "status.h"
@@ -118,12 +116,12 @@ int32_t find_overlaps(const double *uv, const int32_t *group, int64_t triangle_c
 extern "C" int32_t ob_overlaps(const double *uv, const int32_t *group, int64_t triangle_count, double tolerance,
                                int32_t threads, int64_t capacity, int32_t *pairs, int64_t *count, ob_control *control) {
   return ob::guarded([&]() -> int32_t {
-    if (uv == nullptr || pairs == nullptr || count == nullptr || capacity < 1 || triangle_count < 0 ||
-        triangle_count > INT32_MAX || !(tolerance >= 0.0)) {
+    if (!ob::all_given(triangle_count, uv) || pairs == nullptr || count == nullptr || capacity < 1 ||
+        triangle_count < 0 || triangle_count > INT32_MAX || !(tolerance >= 0.0)) {
       return ob::fail(OB_INVALID, "ob_overlaps without UVs, room for pairs or a tolerance of zero or more");
     }
-    if (const char *wrong = ob::error_in(uv, triangle_count)) {
-      return ob::fail(OB_INVALID, wrong);
+    if (!ob::all_in_range(uv, 6 * triangle_count)) {
+      return ob::fail(OB_INVALID, "ob_overlaps with UVs that are not finite, or too large");
     }
     return ob::find_overlaps(uv, group, triangle_count, tolerance, ob::thread_count(threads), capacity, pairs, count,
                              control);

@@ -1,9 +1,9 @@
 // Charts packed into an image: on which grid, and with how much padding.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
+#include "chart_arguments.h"
 #include "chart_pack_model.h"
 #include "chart_pack_outlines.h"
 #include "chart_pack_scale.h"
@@ -84,8 +84,6 @@ public:
         image_{std::min(packing.width, packing.height), std::max(packing.width, packing.height),
                packing.width > packing.height},
         outlines_(triangles, packing.align != 0, image_.lying, threads_, control), room_(outlines_) {}
-
-  bool finite() const { return std::isfinite(room_.area) && std::isfinite(room_.girth); }
 
   // With the padding that the header speaks of.
   void pack(int32_t padding) {
@@ -201,15 +199,11 @@ bool valid(const ChartTriangles &triangles) {
       return false;
     }
   }
-  return std::all_of(triangles.uv, triangles.uv + 6 * triangles.triangle_count,
-                     [](double value) { return std::isfinite(value); });
+  return all_in_range(triangles.uv, 6 * triangles.triangle_count);
 }
 
 int32_t pack(const ChartTriangles &triangles, ob_packing &packing, double *layout, ob_control *control) {
   Packer packer(triangles, packing, control);
-  if (!packer.finite()) {
-    return fail(OB_INVALID, "the UVs of the charts are too large");
-  }
   packer.pack(packing.padding);
   if (cancelled(control)) {
     return fail(OB_CANCELLED, "cancelled");
@@ -229,7 +223,7 @@ int32_t pack(const ChartTriangles &triangles, ob_packing &packing, double *layou
 extern "C" int32_t ob_pack(const double *uv, const int32_t *chart, int64_t triangle_count, int64_t chart_count,
                            ob_packing *packing, double *layout, ob_control *control) {
   return ob::guarded([&]() -> int32_t {
-    if (uv == nullptr || chart == nullptr || packing == nullptr || layout == nullptr || triangle_count < 0 ||
+    if (!ob::all_given(triangle_count, uv, chart, layout) || packing == nullptr || triangle_count < 0 ||
         triangle_count > INT32_MAX || chart_count < 0 || chart_count > INT32_MAX) {
       return ob::fail(OB_INVALID, "ob_pack without charts or a place for the layout");
     }
@@ -239,7 +233,7 @@ extern "C" int32_t ob_pack(const double *uv, const int32_t *chart, int64_t trian
     }
     const ob::ChartTriangles triangles{uv, chart, triangle_count, chart_count};
     if (!ob::valid(triangles)) {
-      return ob::fail(OB_INVALID, "ob_pack with UVs that are no numbers, or charts out of range");
+      return ob::fail(OB_INVALID, "ob_pack with UVs that are not finite or too large, or charts out of range");
     }
     return ob::pack(triangles, *packing, layout, control);
   });

@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 
+#include "chart_arguments.h"
 #include "chart_simplify_mesh.h"
 #include "chart_simplify_patches.h"
 #include "chart_simplify_quadric.h"
@@ -345,8 +346,7 @@ extern "C" int32_t ob_simplify(const double *points, int64_t vertex_count, const
                                int64_t triangle_count, const uint8_t *kept, double tolerance, int64_t most,
                                int32_t *root, int32_t *corners, uint8_t *lines, ob_control *control) {
   return ob::guarded([&]() -> int32_t {
-    const bool is_given = points != nullptr && triangles != nullptr && kept != nullptr;
-    if (triangle_count != 0 && (!is_given || root == nullptr || corners == nullptr || lines == nullptr)) {
+    if (!ob::all_given(triangle_count, points, triangles, kept, root, corners, lines)) {
       return ob::fail(OB_INVALID, "ob_simplify without a mesh or a place for its results");
     }
     if (vertex_count < 0 || vertex_count > INT32_MAX || triangle_count < 0 || triangle_count > INT32_MAX / 4) {

@@ -9,8 +9,7 @@
 namespace ob {
 
 inline bool follow_on(const int64_t *starts, int64_t chart_count, int64_t triangle_count) {
-  return starts != nullptr && starts[0] == 0 && starts[chart_count] == triangle_count &&
-         std::is_sorted(starts, starts + chart_count + 1);
+  return starts[0] == 0 && starts[chart_count] == triangle_count && std::is_sorted(starts, starts + chart_count + 1);
 }
 
 // The charts in an order in which threads that share them end at about one time.

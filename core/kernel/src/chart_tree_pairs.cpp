@@ -1,8 +1,5 @@
 #include "chart_tree_pairs.h"
 
-#include <cmath>
-
-#include "occlusion_charts.h"
 #include "status.h"
 
 namespace ob {
@@ -67,15 +64,6 @@ void TreePairs::add_unparted(NodePair pair, std::vector<NodePair> &onto) const {
   if (!boxes_part(a.box, b.box, reach) && ((a.is_filled && b.is_filled) || !edges_part(a.hull, b.hull, reach))) {
     onto.push_back(pair);
   }
-}
-
-const char *error_in(const double *uv, int64_t triangle_count) {
-  for (int64_t i = 0; i < 6 * triangle_count; ++i) {
-    if (!(std::fabs(uv[i]) <= OB_LARGEST)) {
-      return "UVs to be searched for overlaps are not finite, or too large";
-    }
-  }
-  return nullptr;
 }
 
 } // namespace ob

@@ -75,7 +75,4 @@ private:
   double tolerance_;
 };
 
-// What is wrong with UVs, or nullptr.
-const char *error_in(const double *uv, int64_t triangle_count);
-
 } // namespace ob

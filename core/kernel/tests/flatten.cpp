@@ -63,9 +63,23 @@ static double doubled_area(const Flat &flat, const int32_t *triangle) {
   return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 }
 
+static bool has_area(const Mesh &mesh, const int32_t *triangle) {
+  const double *a = mesh.points.data() + 3 * static_cast<std::ptrdiff_t>(triangle[0]);
+  const double *b = mesh.points.data() + 3 * static_cast<std::ptrdiff_t>(triangle[1]);
+  const double *c = mesh.points.data() + 3 * static_cast<std::ptrdiff_t>(triangle[2]);
+  double most = 0.0;
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    most = std::max(most, std::fabs((b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i])));
+  }
+  return most > 0.0;
+}
+
+// Those without an area may have none in a plane.
 static bool none_turned_over(const Mesh &mesh, const Flat &flat) {
   for (size_t corner = 0; corner < mesh.triangles.size(); corner += 3) {
-    if (!(doubled_area(flat, mesh.triangles.data() + corner) > 0.0)) {
+    const int32_t *triangle = mesh.triangles.data() + corner;
+    if (has_area(mesh, triangle) && !(doubled_area(flat, triangle) > 0.0)) {
       return false;
     }
   }
@@ -142,6 +156,11 @@ static void a_cancelled_call_says_so() {
 static void broken_contracts_are_refused() {
   CHECK_EQUAL(flatten({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {0, 1, 3}}).status, OB_INVALID);
   CHECK_EQUAL(flatten({{0, 0, 0, 1, 0, NAN, 0, 1, 0}, {0, 1, 2}}).status, OB_INVALID);
+  const Flat largest = flatten({{-OB_LARGEST, 0, 0, OB_LARGEST, 0, 0, 0, 0, OB_LARGEST}, {0, 1, 2}});
+  CHECK_EQUAL(largest.status, OB_OK);
+  CHECK_EQUAL(largest.state, OB_FLATTENED);
+  CHECK_NEAR(largest.distance(0, 1) / OB_LARGEST, 2.0, 1e-9);
+  CHECK_EQUAL(flatten({{0, 0, 0, 2.0 * OB_LARGEST, 0, 0, 0, 1, 0}, {0, 1, 2}}).status, OB_INVALID);
 }
 
 int main() {

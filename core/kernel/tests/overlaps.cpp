@@ -333,6 +333,11 @@ static void test_refusals() {
   CHECK_EQUAL(status(1, 0.0, 1), OB_OK);
   CHECK_EQUAL(count, 0);
   CHECK_EQUAL(status(2, 0.0, 1), OB_INVALID);
+  std::fill(soup.uv.begin() + 6, soup.uv.end(), 0.0);
+  soup.uv[6] = OB_LARGEST;
+  CHECK_EQUAL(status(2, 0.0, 1), OB_OK);
+  soup.uv[6] = 2 * OB_LARGEST;
+  CHECK_EQUAL(status(2, 0.0, 1), OB_INVALID);
   CHECK_EQUAL(status(1, -1.0, 1), OB_INVALID);
   CHECK_EQUAL(status(1, NAN, 1), OB_INVALID);
   CHECK_EQUAL(status(1, 0.0, 0), OB_INVALID);

@@ -329,7 +329,8 @@ static void whatever_has_no_area_is_packed_too() {
 static void what_breaks_the_contract_is_refused() {
   const double uv[6] = {0, 0, 1, 0, 1, 1};
   const double nan[6] = {0, 0, 1, std::numeric_limits<double>::quiet_NaN(), 1, 1};
-  const double huge[6] = {0, 0, 1e300, 0, 1e300, 1e300};
+  const double largest[6] = {-OB_LARGEST, 0, OB_LARGEST, 0, OB_LARGEST, OB_LARGEST};
+  const double huge[6] = {0, 0, 2 * OB_LARGEST, 0, 1, 1};
   const int32_t chart = 0;
   const int32_t other = 1;
   double layout[6];
@@ -338,6 +339,8 @@ static void what_breaks_the_contract_is_refused() {
     return ob_pack(of, name, 1, 1, &packing, layout, nullptr);
   };
   CHECK_EQUAL(status(uv, &chart, 8, 0), OB_OK);
+  CHECK_EQUAL(status(largest, &chart, 8, 0), OB_OK);
+  CHECK(layout[2] > layout[0] + 7.9);
   CHECK_EQUAL(status(nullptr, &chart, 8, 0), OB_INVALID);
   CHECK_EQUAL(status(nan, &chart, 8, 0), OB_INVALID);
   CHECK_EQUAL(status(huge, &chart, 8, 0), OB_INVALID);

@@ -196,7 +196,7 @@ def test_more_charts_than_texels_keep_their_areas(size: tuple[int, int]) -> None
 def test_the_layout_is_the_same_at_any_power_of_two_and_number_of_threads() -> None:
     for uv, piece in (curls(20), shards(1500)):
         layout, _ = packed(uv, piece, (200, 300), 2, threads=1)
-        for scale, threads in ((2.0**-20, 2), (2.0**30, 3)):
+        for scale, threads in ((2.0**-20, 2), (2.0**190, 3)):
             assert np.array_equal(packed(uv * scale, piece, (200, 300), 2, threads=threads)[0], layout)
 
 
@@ -243,7 +243,7 @@ def test_what_cannot_be_packed_is_refused() -> None:
     for size in ((0, 10), (10, 100_000)):
         with pytest.raises(InputError):
             packed(uv, piece, size, 2)
-    for bad in (np.nan, np.inf, 1e200):
+    for bad in (np.nan, np.inf, 2.0**201):
         with pytest.raises(InputError):
             packed(uv * (bad if bad > 1.0 else 1.0) + (0.0 if bad > 1.0 else bad), piece, (10, 10), 2)
     with pytest.raises(InputError):
