@@ -34,7 +34,7 @@ def shortened(
     while (unfit := pending & _unfit(mesh, cuts, uv, size, padding)).any():
         side = divided(mesh, cuts, unfit, control=control)
         cuts, before, _ = split(mesh, cuts, side.astype(np.int64))
-        pending = (np.bincount(before) > 1)[before] | ~unfit[before]
+        pending = (pending & ~(unfit & (np.bincount(before) == 1)))[before]  # what could not be cut stays
     return Layout(cuts, _as_large(mesh, cuts, uv))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import Cancelled
@@ -48,3 +50,12 @@ def test_it_can_be_cancelled() -> None:
     mesh, layout = ribbons(3, 500)
     with pytest.raises(Cancelled):
         shortened(mesh, layout, (512, 512), 2, Control(cancel=1))
+
+
+def test_one_polygon_that_is_too_long_stays_beside_others_that_are_not() -> None:
+    mesh, layout = ribbons(3, 500)
+    first = np.where(mesh.polygon < 500, 0, mesh.polygon)  # the first strip is one polygon
+    mesh = replace(mesh, polygon=np.unique(first, return_inverse=True)[1].ravel())
+    short = shortened(mesh, layout, (512, 512), 2)
+    assert len(np.unique(short.cuts.label[mesh.polygon == 0])) == 1
+    assert short.cuts.count > 20

@@ -16,6 +16,7 @@ TOLERANCE = 5e-3  # texels: float32 UVs are finer than 1e-3 up to images of 8192
 DENSITY = 0.05  # how far charts may be from one another in texels a square metre
 ROUNDING = 2.0**-22  # of the image: as much may float32 turn a thin triangle over
 MEASURED = 1.0  # texels: the density of a smaller chart is that of its rounding
+NEEDLE = 0.1  # texels: what is thinner may be made thicker
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def assert_sound(
     if most_stretch is not None:
         assert found.l2 <= most_stretch and found.p95 <= 1.5, found
         assert abs(found.l2 - charts.stretch.l2) <= 1e-3 * found.l2, (found, charts.stretch)
-        assert abs(found.p95 - charts.stretch.p95) <= 1e-3 * found.p95, (found, charts.stretch)
+        assert _is_p95(mesh.corners, charts.uv.astype(np.float64) * size, charts.stretch.p95), (found, charts.stretch)
     return found
 
 
@@ -135,41 +136,59 @@ def _components(links: Longs) -> Longs:
 
 
 def stretch(corners: Doubles, uv: Doubles) -> tuple[float, float]:
-    """L2 stretch in the mean and at the 95th percentile, both by area on the surface; infinite where nothing shows.
+    """L2 stretch in the mean and at the 95th percentile, both by area on the surface; infinite where nothing shows."""
+    squared, area = _squared_stretch(corners, uv)
+    if not len(area):
+        return np.inf, np.inf
+    order = np.argsort(squared)
+    rank = np.searchsorted(np.cumsum(area[order]), 0.95 * area.sum())
+    return float(np.sqrt(np.average(squared, weights=area))), float(np.sqrt(squared[order][min(rank, len(order) - 1)]))
+
+
+def _is_p95(corners: Doubles, uv: Doubles, told: float) -> bool:
+    """Whether that is the 95th percentile, to a thousandth: of few triangles the last bit of an area may decide which
+    one's it is."""
+    squared, area = _squared_stretch(corners, uv)
+    rank = (0.95 + np.array([1e-6, -1e-6])) * area.sum()
+    below, up_to = (area[squared < (told * factor) ** 2].sum() for factor in (0.999, 1.001))
+    return bool(below <= rank[0] and up_to >= rank[1])
+
+
+def _squared_stretch(corners: Doubles, uv: Doubles) -> tuple[Doubles, Doubles]:
+    """Of the triangles that show, after one scale for all: squares of the L2 stretch, and areas on the surface.
 
     The mean of the squared singular values of a linear map is its Dirichlet energy over the area, which is a sum of
     cotangents (Pinkall and Polthier 1993, "Computing discrete minimal surfaces and their conjugates").
     """
     area, flat = _surface_areas(corners), np.abs(uv_areas(uv))
     good = (area > 0.0) & (flat > 0.0)
-    if not good.any():
-        return np.inf, np.inf
     area, flat, corners, uv = area[good], flat[good], corners[good], uv[good]
     energy = np.zeros(len(area))
     for corner in range(3):
         one, other = uv[:, corner - 2] - uv[:, corner], uv[:, corner - 1] - uv[:, corner]
         opposite = corners[:, corner - 2] - corners[:, corner - 1]
         energy += (one * other).sum(axis=1) / (2.0 * flat) * (opposite**2).sum(axis=1)
-    squared = energy / (4.0 * flat) * (flat.sum() / area.sum())
-    order = np.argsort(squared)
-    rank = np.searchsorted(np.cumsum(area[order]), 0.95 * area.sum())
-    return float(np.sqrt(np.average(squared, weights=area))), float(np.sqrt(squared[order][min(rank, len(order) - 1)]))
+    scale = flat.sum() / area.sum() if len(area) else 1.0
+    return energy / (4.0 * flat) * scale, area
 
 
 def unevenness(mesh: PolygonMesh, texels: Doubles, chart: Longs) -> float:
     """How far the densest or the coarsest chart is from the density of half the surface, as a share: 0 is even.
 
-    Charts that are to have less than MEASURED texels are not looked at.
+    Charts that are to have less than MEASURED texels are not looked at, nor are those less broad than NEEDLE texels.
     """
+    edges = np.linalg.norm(mesh.corners - mesh.corners[:, [1, 2, 0]], axis=2).max(axis=1)
+    length = np.zeros(int(chart.max(initial=-1)) + 1)
+    np.maximum.at(length, chart, edges)
     flat, area = np.bincount(chart, np.abs(uv_areas(texels))), np.bincount(chart, surface_areas(mesh))
     known = (flat > 0.0) & (area > 0.0)
     if not known.any():
         return 0.0
-    flat, area = flat[known], area[known]
+    flat, area, length = flat[known], area[known], length[known]
     density = flat / area
     order = np.argsort(density)
     middle = density[order][np.searchsorted(np.cumsum(area[order]), 0.5 * area.sum())]
-    large = area * middle >= MEASURED
+    large = (area * middle >= MEASURED) & (area * np.sqrt(middle) >= NEEDLE * length)
     ratio = density[large] / middle
     return float(np.maximum(ratio, 1.0 / ratio).max(initial=1.0) - 1.0)
 
