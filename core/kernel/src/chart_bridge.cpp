@@ -7,6 +7,7 @@
 #include <queue>
 #include <utility>
 
+#include "chart_half_edges.h"
 #include "chart_vectors.h"
 #include "chart_watch.h"
 
@@ -29,7 +30,7 @@ public:
 
   int32_t count() const { return static_cast<int32_t>(border_.size()); }
   int32_t tail(int32_t half) const { return vertex_[at(half)]; }
-  int32_t head(int32_t half) const { return vertex_[at(ChartTriangles::next(half))]; }
+  int32_t head(int32_t half) const { return vertex_[at(next_corner(half))]; }
   int32_t border(int32_t vertex) const { return border_[at(vertex)]; }
 
 private:
@@ -41,7 +42,7 @@ private:
         number_back(corner, number);
         return half;
       }
-      half = ChartTriangles::next(chart_.twin_of(half));
+      half = next_corner(chart_.twin_of(half));
       if (half == corner) {
         return kNone;
       }
@@ -49,10 +50,10 @@ private:
   }
 
   void number_back(int32_t corner, int32_t number) {
-    int32_t half = chart_.twin_of(ChartTriangles::previous(corner));
+    int32_t half = chart_.twin_of(previous_corner(corner));
     while (half != kNone) {
       vertex_[at(half)] = number;
-      half = chart_.twin_of(ChartTriangles::previous(half));
+      half = chart_.twin_of(previous_corner(half));
     }
   }
 

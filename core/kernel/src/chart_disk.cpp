@@ -1,13 +1,8 @@
 #include "chart_disk.h"
 
+#include "chart_half_edges.h"
+
 namespace ob::flatten {
-namespace {
-
-int32_t next_corner(int32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
-int32_t previous_corner(int32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
-
-} // namespace
-
 bool DiskBuilder::build(const std::vector<int32_t> &corners, int32_t vertex_count, Mesh &mesh) {
   origin_ = &corners;
   vertex_count_ = vertex_count;

@@ -2,11 +2,11 @@
 
 #include "chart_arguments.h"
 #include "chart_disk.h"
-#include "chart_layout.h"
 #include "chart_measure.h"
 #include "chart_plane.h"
 #include "chart_starts.h"
 #include "chart_stretch.h"
+#include "chart_unfold.h"
 #include "parallel.h"
 #include "status.h"
 
@@ -116,7 +116,7 @@ private:
     measure(points_, watch_, mesh_);
     coarsen(mesh_, points_, watch_, hierarchy_);
     uv_.resize(points_.size());
-    return layout_.unfold(mesh_, hierarchy_, watch_, uv_);
+    return unfolder_.unfold(mesh_, hierarchy_, watch_, uv_);
   }
 
   // Makes the chart's area that of its surface, in the caller's units. False where there is none.
@@ -161,7 +161,7 @@ private:
   std::vector<Vector2> uv_;
   Mesh mesh_;
   Hierarchy hierarchy_;
-  Layout layout_;
+  Unfolder unfolder_;
 };
 
 // The extent of the chart in the plane.

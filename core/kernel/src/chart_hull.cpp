@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "chart_convex.h"
+
 namespace ob {
 namespace {
 
@@ -12,38 +14,10 @@ constexpr double kStraight = 0x1p-46;
 // An edge as short as this, as a part of the whole, has turned by too much where an end of it was rounded.
 constexpr double kShort = 0x1p-10;
 
-double cross(Point2 a, Point2 b) { return a.x * b.y - a.y * b.x; }
-Point2 operator-(Point2 a, Point2 b) { return {a.x - b.x, a.y - b.y}; }
-
-// For the sort; an object, so that it is compiled into that.
-constexpr auto kIsBefore = [](Point2 a, Point2 b) { return a.x < b.x || (a.x == b.x && a.y < b.y); };
-
 // Whether b, on the way from a to c, is no corner of a chain that turns left.
 bool is_straight(Point2 a, Point2 b, Point2 c, double off) {
   const Point2 d = c - a;
   return cross(b - a, d) <= off * std::sqrt(d.x * d.x + d.y * d.y);
-}
-
-// Andrew 1979, "Another efficient algorithm for convex hulls in two dimensions": the chain under sorted points, then
-// that over them. corners: room for twice as many as there are points. Returns how many corners there are.
-int convex_corners(const Point2 *points, int count, double off, Point2 *corners) {
-  Point2 *chain = corners; // where it begins
-  Point2 *end = corners;
-  *end++ = points[0];
-  const auto add = [&](Point2 point) {
-    while (end - chain >= 2 && is_straight(end[-2], end[-1], point, off)) {
-      --end;
-    }
-    *end++ = point;
-  };
-  for (int i = 1; i < count; ++i) {
-    add(points[i]);
-  }
-  chain = end - 1;
-  for (int i = count - 2; i >= 0; --i) {
-    add(points[i]);
-  }
-  return std::max(static_cast<int>(end - corners) - 1, 1);
 }
 
 // An edge between two others that meet beyond it.
@@ -95,7 +69,9 @@ Hull Hull::of(Point2 *points, int count) {
     box = about(box, {{points[i].x, points[i].y}, {points[i].x, points[i].y}});
   }
   const double size = box.half_girth();
-  int found = convex_corners(points, count, kStraight * size, corners);
+  const double off = kStraight * size;
+  int found =
+      convex_corners(points, count, corners, [off](Point2 a, Point2 b, Point2 c) { return is_straight(a, b, c, off); });
   while (found > kHullCorners && drop_edge(corners, found)) {
     --found;
   }

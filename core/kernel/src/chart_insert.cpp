@@ -1,6 +1,6 @@
 #include "chart_insert.h"
 
-#include "chart_kernel.h"
+#include "chart_visible.h"
 #include "chart_wedge.h"
 
 namespace ob::flatten {
@@ -74,7 +74,7 @@ bool put_back(const Hierarchy &hierarchy, const Removal &removal, std::vector<Ve
   if (!seen && !find_kernel(rim, removal.onto, place)) {
     return false;
   }
-  improve(place, wedges.data(), end, 1.4, kMostSteps);
+  improve(place, wedges.data(), end, kMostSteps);
   return true;
 }
 

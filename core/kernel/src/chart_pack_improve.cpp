@@ -1,9 +1,9 @@
+#include "chart_pack_improve.h"
+
 #include <algorithm>
 #include <cstddef>
 #include <limits>
 #include <utility>
-
-#include "chart_pack_scale.h"
 
 namespace ob {
 namespace {

@@ -7,7 +7,6 @@
 namespace ob {
 namespace {
 
-constexpr double kBelow = 1.0 - 1e-12; // keeps rounding from one cell more
 // What half a gap does not tell of the room a chart takes: the cells along its border that it does not fill.
 constexpr double kBorder = 0.7;
 

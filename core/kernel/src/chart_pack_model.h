@@ -34,6 +34,8 @@ struct RoomModel {
   double fullness() const { return boxes > 0.0 ? area / boxes : 1.0; }
 };
 
+constexpr double kBelow = 1.0 - 1e-12; // a factor of scales, that keeps rounding from one cell more
+
 // The largest scale at which each chart alone fits; infinite for points.
 double scale_of_single_charts(const ChartOutlines &outlines, const PackingGrid &grid);
 

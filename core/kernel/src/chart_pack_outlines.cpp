@@ -102,7 +102,7 @@ private:
 struct Grouped {
   std::vector<int64_t> starts, order;
 
-  explicit Grouped(const ChartTriangles &triangles)
+  explicit Grouped(const PackingTriangles &triangles)
       : starts(static_cast<size_t>(triangles.chart_count) + 1), order(static_cast<size_t>(triangles.triangle_count)) {
     for (int64_t t = 0; t < triangles.triangle_count; ++t) {
       ++starts[static_cast<size_t>(triangles.chart[t]) + 1];
@@ -153,7 +153,7 @@ std::vector<int64_t> stretches(const std::vector<int64_t> &starts, int64_t trian
 
 } // namespace
 
-ChartOutlines::ChartOutlines(const ChartTriangles &triangles, bool align, bool quarter, int threads,
+ChartOutlines::ChartOutlines(const PackingTriangles &triangles, bool align, bool quarter, int threads,
                              ob_control *control)
     : charts_(static_cast<size_t>(triangles.chart_count)) {
   const Grouped grouped(triangles);

@@ -29,7 +29,7 @@ struct ChartOutline {
   Point2 turned(Point2 p) const { return {p.x * side.x + p.y * side.y - low.x, p.y * side.x - p.x * side.y - low.y}; }
 };
 
-struct ChartTriangles {
+struct PackingTriangles {
   const double *uv; // 6 a triangle
   const int32_t *chart;
   int64_t triangle_count, chart_count;
@@ -39,7 +39,7 @@ class ChartOutlines {
 public:
   // align: charts may be turned by any angle. quarter: and are turned by a quarter on top of that, counter-clockwise.
   // Incomplete once cancelled.
-  ChartOutlines(const ChartTriangles &triangles, bool align, bool quarter, int threads, ob_control *control);
+  ChartOutlines(const PackingTriangles &triangles, bool align, bool quarter, int threads, ob_control *control);
 
   int64_t count() const { return static_cast<int64_t>(charts_.size()); }
   // Of charts that have triangles.

@@ -10,7 +10,6 @@ namespace ob {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kBelow = 1.0 - 1e-12; // keeps rounding from one cell more
 // How much of the room charts are likely to take: few, many, and many rectangles.
 constexpr double kLikelyFew = 0.78;
 constexpr double kLikelyMany = 0.83;

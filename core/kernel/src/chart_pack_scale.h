@@ -14,7 +14,4 @@ constexpr int64_t kMostFew = 1000;
 // is tried, and in which order, depends on nothing but the first three.
 ChartFit find_fit(const ChartOutlines &outlines, const RoomModel &room, const PackingGrid &grid, PackingEffort effort);
 
-// A better one, if one is found by changes of the order in which the charts are placed.
-ChartFit improve_fit(ChartFit fit, const ChartOutlines &outlines, const PackingGrid &grid, PackingEffort effort);
-
 } // namespace ob

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "chart_arguments.h"
+#include "chart_pack_improve.h"
 #include "chart_pack_model.h"
 #include "chart_pack_outlines.h"
 #include "chart_pack_scale.h"
@@ -79,7 +80,7 @@ StageGrid grid_for(const Image &image, const Stage &stage, double charts) {
 
 class Packer {
 public:
-  Packer(const ChartTriangles &triangles, const ob_packing &packing, ob_control *control)
+  Packer(const PackingTriangles &triangles, const ob_packing &packing, ob_control *control)
       : triangles_(triangles), threads_(thread_count(packing.threads)), progress_(control),
         image_{std::min(packing.width, packing.height), std::max(packing.width, packing.height),
                packing.width > packing.height},
@@ -181,7 +182,7 @@ private:
     return image_.lying ? Point2{y, image_.across - x} : Point2{x, y};
   }
 
-  ChartTriangles triangles_;
+  PackingTriangles triangles_;
   int threads_;
   PackingProgress progress_;
   Image image_;
@@ -193,7 +194,7 @@ private:
   int32_t padding_ = 0;
 };
 
-bool valid(const ChartTriangles &triangles) {
+bool valid(const PackingTriangles &triangles) {
   for (int64_t t = 0; t < triangles.triangle_count; ++t) {
     if (triangles.chart[t] < 0 || triangles.chart[t] >= triangles.chart_count) {
       return false;
@@ -202,7 +203,7 @@ bool valid(const ChartTriangles &triangles) {
   return all_in_range(triangles.uv, 6 * triangles.triangle_count);
 }
 
-int32_t pack(const ChartTriangles &triangles, ob_packing &packing, double *layout, ob_control *control) {
+int32_t pack(const PackingTriangles &triangles, ob_packing &packing, double *layout, ob_control *control) {
   Packer packer(triangles, packing, control);
   packer.pack(packing.padding);
   if (cancelled(control)) {
@@ -231,7 +232,7 @@ extern "C" int32_t ob_pack(const double *uv, const int32_t *chart, int64_t trian
         packing->height > ob::kMostTexels || packing->padding < 0 || packing->padding > ob::kMostTexels) {
       return ob::fail(OB_INVALID, "charts are packed into an image of 1 to 65536 texels a side, padding of 0 to 65536");
     }
-    const ob::ChartTriangles triangles{uv, chart, triangle_count, chart_count};
+    const ob::PackingTriangles triangles{uv, chart, triangle_count, chart_count};
     if (!ob::valid(triangles)) {
       return ob::fail(OB_INVALID, "ob_pack with UVs that are not finite or too large, or charts out of range");
     }

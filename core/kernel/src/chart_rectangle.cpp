@@ -7,39 +7,25 @@
 #include <cmath>
 #include <limits>
 
+#include "chart_convex.h"
+
 namespace ob {
 namespace {
 
 // Rectangles whose areas differ by no more than this share are as good as one another.
 constexpr double kAlike = 1e-6;
 
-double cross(Point2 o, Point2 a, Point2 b) { return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x); }
-
 double dot(Point2 a, Point2 b) { return a.x * b.x + a.y * b.y; }
 
-// Andrew's monotone chain: counter-clockwise, no three corners on a line.
+// Counter-clockwise, no three corners on a line.
 std::vector<Point2> convex_hull(std::vector<Point2> &points) {
-  std::sort(points.begin(), points.end(), [](Point2 a, Point2 b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+  std::sort(points.begin(), points.end(), kIsBefore);
   points.erase(std::unique(points.begin(), points.end(), [](Point2 a, Point2 b) { return a.x == b.x && a.y == b.y; }),
                points.end());
-  std::vector<Point2> hull;
-  const auto extend = [&](Point2 point, size_t least) {
-    while (hull.size() >= least && cross(hull[hull.size() - 2], hull.back(), point) <= 0.0) {
-      hull.pop_back();
-    }
-    hull.push_back(point);
-  };
-  for (const Point2 point : points) {
-    extend(point, 2);
-  }
-  const size_t lower = hull.size();
-  for (size_t i = points.size(); i-- > 0;) {
-    if (i + 1 < points.size()) {
-      extend(points[i], lower + 1);
-    }
-  }
-  if (hull.size() > 1) {
-    hull.pop_back(); // the first corner once more
+  std::vector<Point2> hull(2 * points.size());
+  if (!points.empty()) {
+    hull.resize(convex_corners(points.data(), points.size(), hull.data(),
+                               [](Point2 a, Point2 b, Point2 c) { return cross(b - a, c - a) <= 0.0; }));
   }
   return hull;
 }

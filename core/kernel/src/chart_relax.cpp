@@ -7,7 +7,6 @@ namespace {
 
 constexpr double kMostShrinking = 16.0; // of area, squared
 constexpr int kMostSteps = 30;          // of one vertex in one sweep
-constexpr double kStride = 1.4;         // successive over-relaxation
 constexpr double kIsometric = 1e-9;     // of the energy: less over the least conceivable is none
 constexpr double kWorthASweep = 5e-5;   // of the energy
 
@@ -90,8 +89,7 @@ double Relaxation::sweep(const Level &level, const Watch &watch, std::vector<Vec
   for (size_t slot = 0; slot < level.vertices.size(); ++slot) {
     watch.look_at_times(slot);
     gather_wedges(level, uv, slot);
-    taken_off +=
-        improve(uv[at(level.vertices[slot])], wedges_.data(), wedges_.data() + wedges_.size(), kStride, kMostSteps);
+    taken_off += improve(uv[at(level.vertices[slot])], wedges_.data(), wedges_.data() + wedges_.size(), kMostSteps);
   }
   return taken_off;
 }

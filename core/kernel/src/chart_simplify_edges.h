@@ -5,14 +5,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "chart_half_edges.h"
 #include "chart_watch.h"
 
 namespace ob::simplify {
-
-// Half-edge 3 t + i goes from corner i of triangle t to corner i + 1, and has the number of the corner that it starts
-// from.
-inline int32_t next_corner(int32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
-inline int32_t previous_corner(int32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
 
 struct MeshEdges {
   // Of each half-edge, the one that runs the other way in the triangle beside it; -1: its edge is part of a line.

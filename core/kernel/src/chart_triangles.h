@@ -16,9 +16,6 @@ struct ChartTriangles {
 
   int32_t halves() const { return 3 * count; }
   int32_t twin_of(int32_t half) const { return twin[static_cast<size_t>(half)]; }
-
-  static int32_t next(int32_t half) { return half % 3 == 2 ? half - 2 : half + 1; }
-  static int32_t previous(int32_t half) { return half % 3 == 0 ? half + 2 : half - 1; }
 };
 
 } // namespace ob

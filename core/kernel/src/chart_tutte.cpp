@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "chart_angles.h"
+
 namespace ob::flatten {
 namespace {
 
@@ -18,7 +20,6 @@ Vector2 on_circle(double turn) {
 
 // That of a circle as large as the surface.
 double circle_radius(const Level &level) {
-  constexpr double kPi = 3.14159265358979323846;
   double area = 0.0;
   for (const Shape &triangle : level.triangles) {
     area += triangle.area;

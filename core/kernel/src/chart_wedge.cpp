@@ -7,6 +7,7 @@ namespace ob::flatten {
 namespace {
 
 constexpr double kEndless = std::numeric_limits<double>::infinity();
+constexpr double kStride = 1.4; // successive over-relaxation
 constexpr int kMostHalvings = 30;
 constexpr double kWorthAnother = 0.2; // of the energy that a step took off
 constexpr double kNothing = 1e-14;    // of the energy: less than its own rounding
@@ -78,14 +79,14 @@ double energy(Vector2 place, const Wedge *begin, const Wedge *end) {
   return sum;
 }
 
-double improve(Vector2 &place, const Wedge *begin, const Wedge *end, double stride, int most_steps) {
+double improve(Vector2 &place, const Wedge *begin, const Wedge *end, int most_steps) {
   double taken_off = 0.0;
   for (int i = 0; i < most_steps; ++i) {
     Expansion now;
     for (const Wedge *w = begin; w != end; ++w) {
       add_wedge(*w, place, now);
     }
-    Vector2 step = stride * newton_step(now);
+    Vector2 step = kStride * newton_step(now);
     if (!(-dot(now.gradient, step) > kNothing * now.value)) {
       return taken_off;
     }

@@ -16,9 +16,9 @@ struct Wedge {
 // clockwise.
 double energy(Vector2 place, const Wedge *begin, const Wedge *end);
 
-// Moves a vertex, whose wedges are all counter-clockwise, to where they have less energy: steps of Newton's method
-// times `stride`, halved until they help, as long as each one takes off a fifth, at most so many. Returns what was
+// Moves a vertex, whose wedges are all counter-clockwise, to where they have less energy: steps of Newton's method,
+// made longer and halved until they help, as long as each one takes off a fifth, at most so many. Returns what was
 // taken off.
-double improve(Vector2 &place, const Wedge *begin, const Wedge *end, double stride, int most_steps);
+double improve(Vector2 &place, const Wedge *begin, const Wedge *end, int most_steps);
 
 } // namespace ob::flatten

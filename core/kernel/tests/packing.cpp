@@ -26,7 +26,7 @@ struct Charts {
   int64_t count = 0;
 
   int64_t triangles() const { return static_cast<int64_t>(chart.size()); }
-  ob::ChartTriangles view() const { return {uv.data(), chart.data(), triangles(), count}; }
+  ob::PackingTriangles view() const { return {uv.data(), chart.data(), triangles(), count}; }
 
   void add(int64_t to, std::vector<double> triangle) {
     uv.insert(uv.end(), triangle.begin(), triangle.end());

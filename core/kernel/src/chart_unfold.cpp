@@ -1,4 +1,4 @@
-#include "chart_layout.h"
+#include "chart_unfold.h"
 
 #include <algorithm>
 #include <iterator>
@@ -11,8 +11,6 @@ namespace {
 
 constexpr int kCoarsestSweeps = 300;
 constexpr int kSweeps[] = {20, 28, 40, 60, 90, 130, 200}; // at most, from the finest level on, each half as dear
-constexpr double kIsometric = 1e-9;                       // excess energy below which nothing is left to gain
-constexpr double kSettled = 1e-4;                         // part of the excess that a sweep takes off
 
 void lay_triangle(const Mesh &mesh, std::vector<Vector2> &uv, int32_t edge) {
   const double base = std::sqrt(mesh.squared_length(edge));
@@ -25,7 +23,7 @@ int sweeps_at(int32_t level) { return kSweeps[std::min<size_t>(at(level), std::s
 
 } // namespace
 
-bool Layout::unfold(const Mesh &mesh, const Hierarchy &hierarchy, const Watch &watch, std::vector<Vector2> &uv) {
+bool Unfolder::unfold(const Mesh &mesh, const Hierarchy &hierarchy, const Watch &watch, std::vector<Vector2> &uv) {
   const std::vector<Level> &levels = hierarchy.levels;
   const Level &coarsest = levels.back();
   if (coarsest.triangles.size() == 1) {

@@ -5,7 +5,7 @@
 
 namespace ob::flatten {
 
-class Layout {
+class Unfolder {
 public:
   // mesh: that of the coarsest level. uv: room for all vertices. False where a triangle could not be kept from
   // turning over.

@@ -1,4 +1,4 @@
-#include "chart_kernel.h"
+#include "chart_visible.h"
 
 #include <algorithm>
 
