@@ -168,6 +168,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
     ],
     "ob_lowest_overlaps": [c_void_p, c_void_p, c_int64, c_int64, c_double, c_int32, c_void_p, _CONTROL],
     "ob_pack": [c_void_p, c_void_p, c_int64, c_int64, POINTER(Packing), c_void_p, _CONTROL],
+    "ob_expect_packing": [c_double, c_double, c_int64, POINTER(Packing)],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }
 _RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_filter_free")

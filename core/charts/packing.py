@@ -9,12 +9,6 @@ import numpy as np
 from ..base import kernel_api as api
 from ..base.arrays import Doubles, Ints, Longs
 
-# Of `expected_scale`: how much of the room charts take, what whole texels cost along a border, |dx| + |dy| of a line of
-# length 1 in the mean over all directions.
-_TAKEN, _BORDER, _STEPS = 0.75, 0.7, 4.0 / np.pi
-# As the kernel has it: less padding where less than ENOUGH is used, for so many times more.
-_ENOUGH, _CLEARLY_MORE = 0.5, 1.1
-
 
 def packed(
     uv: Doubles,
@@ -67,22 +61,8 @@ def expected_scale(area: float, perimeter: float, count: int, size: tuple[int, i
     area, perimeter, count: the charts' areas and the lengths of their borders in sum, in one unit of length, and how
     many they are. size, padding: as in `packed`, which may keep less padding. What is taken of an image by a chart with
     half of the padding about it is its area, and the width of that along its border; charts take about three quarters.
+    0 where they have no room, or neither area nor border.
     """
-    scale = _scale_at(area, perimeter, count, size, padding)
-    while padding > 0 and area * scale**2 < _ENOUGH * size[0] * size[1]:
-        padding //= 2
-        less = _scale_at(area, perimeter, count, size, padding)
-        if less**2 < _CLEARLY_MORE * scale**2:
-            break
-        scale = less
-    return scale
-
-
-def _scale_at(area: float, perimeter: float, count: int, size: tuple[int, int], padding: int) -> float:
-    """The positive root of area s² + girth s + corners = room; 0 where the corners take all of it, or there is no area
-    nor perimeter."""
-    width = padding + _BORDER
-    girth = 0.5 * _STEPS * perimeter * width
-    left = _TAKEN * (size[0] + padding) * (size[1] + padding) - count * width**2
-    slope = girth + float(np.sqrt(girth**2 + 4.0 * area * max(left, 0.0)))
-    return 2.0 * left / slope if left > 0.0 and slope > 0.0 else 0.0
+    packing = api.Packing(width=size[0], height=size[1], padding=padding)
+    api.check(api.library().ob_expect_packing(area, perimeter, count, byref(packing)))
+    return float(packing.scale)

@@ -109,6 +109,11 @@ typedef struct ob_packing {
 OB_API int32_t ob_pack(const double *uv, const int32_t *chart, int64_t triangle_count, int64_t chart_count,
                        ob_packing *packing, double *layout, ob_control *control);
 
+/* About the scale at which ob_pack lays charts out, and the padding that it keeps, from the sums of their areas and of
+ * the lengths of their borders alone. Neither `align` nor `threads` matters. The scale is 0 where they have no room, or
+ * neither area nor border. */
+OB_API int32_t ob_expect_packing(double area, double border, int64_t chart_count, ob_packing *packing);
+
 #ifdef __cplusplus
 }
 #endif

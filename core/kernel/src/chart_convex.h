@@ -1,9 +1,6 @@
 // Convex hulls of points in the plane.
 #pragma once
 
-#include <algorithm>
-#include <cstdint>
-
 #include "footprint.h"
 
 namespace ob {
@@ -35,7 +32,8 @@ Count convex_corners(const Point2 *points, Count count, Point2 *corners, IsStrai
   for (Count i = count - 1; i-- > 0;) {
     add(points[i]);
   }
-  return std::max(static_cast<Count>(end - corners) - 1, Count{1});
+  const auto found = static_cast<Count>(end - corners);
+  return found > 1 ? found - 1 : 1;
 }
 
 } // namespace ob

@@ -88,8 +88,9 @@ Hull Hull::of(const Point2 *corners, int count, double size) {
   Hull hull{};
   hull.count_ = count;
   hull.shortest2_ = kShort * size * (kShort * size);
+  Point2 corner = corners[0];
   for (int i = 0; i < kHullCorners; ++i) {
-    const Point2 corner = corners[std::min(i, count - 1)];
+    corner = i < count ? corners[i] : corner;
     hull.x[i] = corner.x;
     hull.y[i] = corner.y;
   }

@@ -24,6 +24,7 @@ struct RoomModel {
   double count = 0.0, area = 0.0, girth = 0.0;
   double boxes = 0.0; // area of the charts' boxes
 
+  RoomModel() = default;
   explicit RoomModel(const ChartOutlines &outlines);
 
   // As a share of the room.

@@ -299,6 +299,35 @@ static void numbers_without_triangles_change_nothing() {
   }
 }
 
+// From the areas and borders of squares, which ob_pack is given as they are.
+static void scales_are_foreseen() {
+  for (const int32_t padding : {0, 2, 6, 20}) {
+    Charts charts;
+    for (int i = 0; i < 100; ++i) {
+      charts.add(i, {0, 0, 1, 0, 1, 1});
+      charts.add(i, {0, 0, 1, 1, 0, 1});
+    }
+    const ob_packing got = pack(charts, 300, 200, padding).packing;
+    ob_packing expected{300, 200, padding, 0, 0, -1.0, -1, 0};
+    CHECK_EQUAL(ob_expect_packing(100.0, 400.0, 100, &expected), OB_OK);
+    CHECK(expected.kept_padding <= padding && got.kept_padding <= padding);
+    CHECK_NEAR(expected.scale, got.scale, 0.25 * got.scale);
+  }
+  ob_packing none{4, 4, 1, 0, 0, -1.0, -1, 0};
+  CHECK_EQUAL(ob_expect_packing(1000.0, 4000.0, 1000, &none), OB_OK);
+  CHECK_EQUAL(none.scale, 0.0);
+  CHECK_EQUAL(none.kept_padding, 0);
+  CHECK_EQUAL(ob_expect_packing(0.0, 0.0, 1, &none), OB_OK);
+  CHECK_EQUAL(none.scale, 0.0);
+  for (const double wrong : {-1.0, double(NAN), double(INFINITY)}) {
+    CHECK_EQUAL(ob_expect_packing(wrong, 1.0, 1, &none), OB_INVALID);
+    CHECK_EQUAL(ob_expect_packing(1.0, wrong, 1, &none), OB_INVALID);
+  }
+  none.padding = 65537;
+  CHECK_EQUAL(ob_expect_packing(1.0, 1.0, 1, &none), OB_INVALID);
+  CHECK_EQUAL(ob_expect_packing(1.0, 1.0, 1, nullptr), OB_INVALID);
+}
+
 static void padding_may_be_larger_than_the_image() {
   Random random(6);
   const Charts charts = random_charts(random, 3, 7);
@@ -387,6 +416,7 @@ int main() {
   places_are_those_of_a_plain_search();
   layouts_are_alike_and_inside();
   numbers_without_triangles_change_nothing();
+  scales_are_foreseen();
   padding_may_be_larger_than_the_image();
   whatever_has_no_area_is_packed_too();
   what_breaks_the_contract_is_refused();
