@@ -68,7 +68,9 @@ class ChartMesh:
         at the end of the surface."""
         inner = self.twin[halves] >= 0
         here, there = halves // 3, self.across[halves]
-        bend = 1.0 - (self.normals[here] * self.normals[there]).sum(axis=1)
+        bend = np.ones(len(halves))
+        for normal in np.ascontiguousarray(self.normals.T):  # one axis after the other needs a third of the memory
+            bend -= normal[here] * normal[there]
         bend[(self.area[here] <= 0.0) | (self.area[there] <= 0.0)] = 0.0
         return np.where(inner & ~self.seam[halves], np.clip(bend, 0.0, 1.0), 1.0)
 

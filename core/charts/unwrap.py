@@ -61,17 +61,32 @@ def unwrap(
     place = places(points)[faces]
     sound = _sound(name, place)
     sides = size if isinstance(size, tuple) else (size, size)
+    marked = None if seams is None else seams[sound]
     with Stages(progress) as stages:
-        stages.enter("reading the mesh", 0.0, 0.05)
-        mesh = connected(points, faces[sound], _numbered(polygon[sound]), None if seams is None else seams[sound])
-        layout = laid_out(mesh, stages)
-        control = stages.enter("cutting long charts", 0.8, 0.82)
-        layout = thickened(shortened(mesh, layout, sides, padding, control))
-        control = stages.enter("packing charts", 0.82, 1.0)
-        corners, kept = packed(layout.uv, layout.cuts.label, sides, padding, control=control)
+        corners, count, kept = _made(points, faces[sound], _numbered(polygon[sound]), marked, sides, padding, stages)
     uv = _everywhere(corners, sound, polygon, place)
     placed = uv.astype(np.float32)
-    return _told(points[faces], placed, sides, layout.cuts.count, kept)
+    return _told(points[faces], placed, sides, count, kept)
+
+
+def _made(
+    points: Doubles,
+    faces: Longs,
+    polygon: Longs,
+    seams: Flags | None,
+    sides: tuple[int, int],
+    padding: int,
+    stages: Stages,
+) -> tuple[Doubles, int, int]:
+    """(T, 3, 2) UVs of sound triangles, the number of charts, the padding kept."""
+    stages.enter("reading the mesh", 0.0, 0.05)
+    mesh = connected(points, faces, polygon, seams)
+    layout = laid_out(mesh, stages)
+    control = stages.enter("cutting long charts", 0.8, 0.82)
+    layout = thickened(shortened(mesh, layout, sides, padding, control))
+    control = stages.enter("packing charts", 0.82, 1.0)
+    corners, kept = packed(layout.uv, layout.cuts.label, sides, padding, control=control)
+    return corners, layout.cuts.count, kept
 
 
 def _told(surface: Doubles, uv: Floats, sides: tuple[int, int], count: int, padding: int) -> Charts:
