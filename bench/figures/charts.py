@@ -1,4 +1,5 @@
-"""Charts where a mesh has no UVs, beside xatlas at its defaults and Smart UV Project; a picture of each sheet.
+"""Charts where a mesh has no UVs, beside xatlas at its defaults and Smart UV Project, with a picture of each sheet; and
+of very many pieces and triangles.
 
 python -m occlusion_bake.bench.figures.charts [MESH...] measures these anew and leaves the others as they are.
 """
@@ -16,12 +17,14 @@ from ...addon.cli.hard_exit import leave
 from ..pages import MODELS, ROOT, filled, write_json
 from ..sweep import in_child
 from ..tables import table
+from .chart_crowds import crowd, crowd_names
 from .chart_meshes import FIGURES, figure_names
 from .chart_row import OURS, charted
 from .chart_sheets import CHECK
 from .charters import ACROSS, LIMIT, PADDING, SIZE
 
 COLUMNS = ("mesh", "charts by", "median s", "charts", "L2 stretch", "p95", "used", "padding", "mirrored", "overlaps")
+CROWD_COLUMNS = ("", "triangles", "s", "memory", "charts", "used", "padding")
 _KEPT = ROOT / "build" / "figures" / "charts_by_mesh.json"
 
 
@@ -34,19 +37,32 @@ def measure(chosen: argparse.Namespace) -> dict[str, Any]:
         kept[name] = in_child(charted, name, str(chosen.models), chosen.rounds)
         write_json(_KEPT, kept)
         print(name, {by: row.get("charts", row.get("why")) for by, row in kept[name]["by"].items()}, flush=True)
-    return {name: kept[name] for name in FIGURES if name in kept}
+    crowds = {name: in_child(crowd, name, str(chosen.models)) for name in crowd_names(chosen.models)}
+    return {"meshes": {name: kept[name] for name in FIGURES if name in kept}, "crowds": crowds}
 
 
 def page(result: dict[str, Any]) -> list[str]:
     """The section of the page."""
     rows = [
         (f"{name}, {found['triangles']:,} triangles" if by == OURS else "", by, *_cells(row))
-        for name, found in result.items()
+        for name, found in result["meshes"].items()
         for by, row in found["by"].items()
     ]
-    pictures = "\n\n".join(f"![{name}](pictures/charts/{name}.png)" for name in result)
+    pictures = "\n\n".join(f"![{name}](pictures/charts/{name}.png)" for name in result["meshes"])
+    crowds = table(CROWD_COLUMNS, ((name, *_crowd_cells(row)) for name, row in result["crowds"].items()))
     told = {"size": SIZE, "padding": PADDING, "limit": LIMIT, "across": ACROSS, "check": CHECK}
-    return filled(__file__, rows=table(COLUMNS, rows), pictures=pictures, **told)
+    return filled(__file__, rows=table(COLUMNS, rows), crowds=crowds, pictures=pictures, **told)
+
+
+def _crowd_cells(row: dict[str, Any]) -> list[str]:
+    return [
+        f"{row['triangles']:,}",
+        f"{row['seconds']:.1f}",
+        f"{row['gigabytes']:.2f} GB",
+        f"{row['charts']:,}",
+        f"{100.0 * row['used']:.0f} %",
+        f"{row['padding']}",
+    ]
 
 
 def _cells(row: dict[str, Any]) -> list[str]:
