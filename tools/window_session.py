@@ -34,6 +34,7 @@ def session(archive: str, folder: Path, name: str) -> Waits:
     yield from cancelled(floor)
     yield from baked(floor, folder, name)
     yield from batched(floor, folder, name)
+    yield from charted(floor, folder, name)
     yield from compared(floor, folder, name)
     yield from rebuilt(floor, folder)
     yield from disturbed(floor)
@@ -242,6 +243,34 @@ def batched(floor: Any, folder: Path, name: str) -> Waits:
     chosen.source, chosen.uv = "SELF", "ACTIVE"
     for each in bodies:
         bpy.data.objects.remove(each)
+    floor.select_set(True)
+    context.view_layer.objects.active = floor
+
+
+def charted(floor: Any, folder: Path, name: str) -> Waits:
+    """Escape while charts are made leaves a mesh as it was; left alone, they are made, and the panel says what."""
+    with in_view():
+        bpy.ops.object.select_all(action="DESELECT")
+        bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=7, calc_uvs=False, location=(0.0, -4.0, 1.0))
+    ball = context.object
+    ball.name = "Rock"
+    yield from press("occlusion_bake.bake")
+    yield from until(running, 5.0, "a bake after its button was pressed")
+    yield 1.0
+    check(running() and "tracing" not in stage(), f"the charts were made before they could be cancelled: {stage()}")
+    key("Escape")
+    yield from until(lambda: not running(), 2.0, "the end of the charts after Escape")
+    check(not ball.data.uv_layers, "cancelled, but there is a UV map")
+    check(f"{ball.name} AO" not in image_names(), f"cancelled, but there are {image_names()}")
+    with in_view():
+        ops.occlusion_bake.unwrap("INVOKE_DEFAULT")
+    yield from gaps("while charts are made")
+    check([layer.name for layer in ball.data.uv_layers] == ["Occlusion Bake"], f"no charts: {lines()}")
+    check("charts in the UV map Occlusion Bake" in lines(), f"the panel says of charts: {lines()}")
+    print(lines(), flush=True)
+    yield 1.0
+    picture(str(folder / f"{name}_charts.png"))
+    bpy.data.objects.remove(ball)
     floor.select_set(True)
     context.view_layer.objects.active = floor
 
