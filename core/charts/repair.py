@@ -116,7 +116,7 @@ def split(mesh: ChartMesh, cuts: Cuts, side: Longs) -> tuple[Cuts, Longs, Longs]
     """The cuts, with each connected part of a chart's sides, (T,) from 0, as a chart; of each the chart that it was of,
     and whether it was of the first side, 0, or another, 1."""
     key = cuts.label * (int(side.max(initial=0)) + 1) + side
-    same = cuts.joined(mesh) & (key[mesh.across] == np.repeat(key, 3))
+    same = cuts.joined(mesh) & ~mesh.between(key)
     group, count = triangle_groups(mesh, same, key)
     before, which = np.zeros(count, np.int64), np.zeros(count, np.int64)
     before[group], which[group] = cuts.label, np.minimum(side, 1)

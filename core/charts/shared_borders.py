@@ -66,7 +66,8 @@ class JoinedCharts:
         low, high = borders.pair[chosen].T
         to = np.arange(len(self.chart))
         to[high] = low
-        before, after = self.chart[self.leaf[self.members]], to[self.chart[self.leaf[self.members]]]
+        before = self.near_cuts.label
+        after = to[before]
         slit = self.slit | (self.near.between(before) & ~self.near.between(after))
         opened = borders.halves[np.isin(borders.owner, chosen)]
         slit[opened] = slit[self.near.twin[opened]] = False
@@ -91,8 +92,8 @@ class SharedBorders:
 
     @staticmethod
     def of(charts: JoinedCharts) -> SharedBorders:
-        near, label, count = charts.near, charts.near_cuts.label, len(charts.chart)
-        inside = charts.near_cuts.joined(near)
+        near, cuts, count = charts.near, charts.near_cuts, len(charts.chart)
+        label, inside = cuts.label, cuts.joined(near)
         chart = np.repeat(label, 3)
         rim = ~inside & ~charts.goes_on
         perimeter: Doubles = np.bincount(chart[rim], near.lengths[rim], count).astype(np.float64)
