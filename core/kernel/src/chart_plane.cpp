@@ -10,11 +10,6 @@ namespace {
 constexpr double kLean = 1e-6;   // 1 - cosine
 constexpr double kHeight = 1e-4; // of the chart's size
 
-Vector3 point_of(const double *points, int32_t vertex) {
-  const double *p = points + 3 * static_cast<int64_t>(vertex);
-  return {p[0], p[1], p[2]};
-}
-
 // As long as twice the area.
 Vector3 normal_of(const double *points, const int32_t *triangle) {
   const Vector3 a = point_of(points, triangle[0]);

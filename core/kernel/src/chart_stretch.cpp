@@ -14,14 +14,8 @@ struct Edges { // of a triangle from its first corner, on the surface and in the
 };
 
 Edges edges_of(const double *points, const double *uv, const int32_t *triangle) {
-  const auto point = [&](int corner) {
-    const double *p = points + 3 * static_cast<int64_t>(triangle[corner]);
-    return Vector3{p[0], p[1], p[2]};
-  };
-  const auto place = [&](int corner) {
-    const double *q = uv + 2 * static_cast<int64_t>(triangle[corner]);
-    return Vector2{q[0], q[1]};
-  };
+  const auto point = [&](int corner) { return point_of(points, triangle[corner]); };
+  const auto place = [&](int corner) { return uv_of(uv, triangle[corner]); };
   return {point(1) - point(0), point(2) - point(0), place(1) - place(0), place(2) - place(0)};
 }
 

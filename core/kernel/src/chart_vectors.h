@@ -17,6 +17,16 @@ struct Vector3 {
   double x, y, z;
 };
 
+// Of arrays of 3 and of 2 numbers a vertex.
+inline Vector3 point_of(const double *points, int32_t vertex) {
+  const double *p = points + 3 * static_cast<int64_t>(vertex);
+  return {p[0], p[1], p[2]};
+}
+inline Vector2 uv_of(const double *uv, int32_t vertex) {
+  const double *q = uv + 2 * static_cast<int64_t>(vertex);
+  return {q[0], q[1]};
+}
+
 inline Vector2 operator+(Vector2 a, Vector2 b) { return {a.x + b.x, a.y + b.y}; }
 inline Vector2 operator-(Vector2 a, Vector2 b) { return {a.x - b.x, a.y - b.y}; }
 inline Vector2 operator*(double s, Vector2 a) { return {s * a.x, s * a.y}; }
