@@ -15,6 +15,8 @@ from ..addon.job.outcome import Outcome
 from ..addon.job.runner import run
 from ..addon.output.result import Result
 from ..addon.read.block_ref import refs_of
+from ..addon.read.high_low_pairs import Pairing, paired_with
+from ..addon.read.occluder_filter import OccluderFilter
 from ..core.finish.baked import Baked
 from ..core.finish.file_names import clean_name
 from ..core.finish.map_files import Folder
@@ -37,8 +39,11 @@ class OwnBake(NamedTuple):
         return self.results[0][1]
 
 
-def bake_here(names: Sequence[str], settings: Settings, *, with_files: bool = False) -> OwnBake:
-    """Bake objects of the open file. with_files: PNG of 16 bits are written too, and thrown away."""
+def bake_here(
+    names: Sequence[str], settings: Settings, *, highs: Sequence[str] = (), with_files: bool = False
+) -> OwnBake:
+    """Bake objects of the open file. highs: the meshes that the one object is baked from, where there are any.
+    with_files: PNG of 16 bits are written too, and thrown away."""
     results: list[tuple[Instance, Baked]] = []
     progress, outcome = Progress(len(names)), Outcome()
     with TemporaryDirectory() as place:
@@ -50,8 +55,19 @@ def bake_here(names: Sequence[str], settings: Settings, *, with_files: bool = Fa
             results.append((result.target, result.baked))
 
         start = time.perf_counter()
-        job = BakeJob(tuple(refs_of(bpy.data.objects[name] for name in names)), settings)
+        chosen = pairing_of(names, highs)
+        occluding = OccluderFilter(excluded=chosen.excluded)
+        job = BakeJob(chosen.targets, settings, occluding=occluding, highs=chosen.highs)
         run(bake_steps(bpy.context, job, progress, outcome, deliver), progress)
         seconds = time.perf_counter() - start
     assert outcome.baker is not None
     return OwnBake(seconds, results, outcome.baker.device.description)
+
+
+def pairing_of(names: Sequence[str], highs: Sequence[str]) -> Pairing:
+    """Who is baked, and from what, as *Selected to Active* has it: the low mesh blocks no light then."""
+    targets = tuple(refs_of(bpy.data.objects[name] for name in names))
+    if not highs:
+        return Pairing(targets)
+    (low,) = targets
+    return paired_with(low, refs_of(bpy.data.objects[name] for name in highs), None, None)

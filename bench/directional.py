@@ -19,7 +19,7 @@ from ..addon.cli.hard_exit import run_and_exit
 from ..core.base.arrays import Doubles, Floats
 from ..core.spherical.directional_format import DirectionalFormat, encode, from_images, named_format, rebuild, to_images
 from ..core.spherical.hemisphere_cells import check_cells, integrals
-from ..samples.bench_scenes import names
+from ..samples.bench_scenes import of_one_surface
 from ..tests.oracles.engine_formulas import FORMULAS, Formula
 from ..tests.oracles.seen_rays import seen_by
 from .pages import MODELS
@@ -130,7 +130,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--points", type=int, default=POINTS, help=f"texels of each scene ({POINTS})")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
     chosen = parser.parse_args(arguments)
-    found, known = {}, names(chosen.models)
+    found, known = {}, of_one_surface(chosen.models)
     for unknown in (name for name in chosen.scenes if name not in known):
         parser.error(f"{unknown}: no such scene; there are {', '.join(known)}")
     for name in chosen.scenes or known:

@@ -59,11 +59,14 @@ def run_sections(
     measure: Callable[[str, argparse.Namespace], None],
     write: Callable[[argparse.Namespace], None],
     arguments: Sequence[str],
+    is_meant: Callable[[str, str], bool] | None = None,
 ) -> int:
     """A command: measure the sections asked for, all by default, each in a process of its own, then write the page.
 
-    Sections may be given by how their names begin, up to an underscore. One that fails does not keep the others back.
+    is_meant: whether a section, by its name, is meant by a word of the command; by default where its name begins so, up
+    to an underscore. One that fails does not keep the others back.
     """
+    is_meant = is_meant or _begins
     parser.add_argument("sections", nargs="*", metavar="SECTION", help="which (all)")
     parser.add_argument("--rounds", type=int, default=3, help="alternating runs of each side (3)")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder of .obj models")
@@ -74,9 +77,9 @@ def run_sections(
         measure(chosen.here, chosen)
         return 0
     there, failed = list(names(chosen)), []
-    for unknown in (each for each in chosen.sections if not any(_begins(name, each) for name in there)):
+    for unknown in (each for each in chosen.sections if not any(is_meant(name, each) for name in there)):
         parser.error(f"{unknown}: no such section; choose from {', '.join(there)}")
-    wanted = [name for name in there if any(_begins(name, each) for each in chosen.sections or [name])]
+    wanted = [name for name in there if any(is_meant(name, each) for each in chosen.sections or [name])]
     for name in [] if chosen.write else wanted:
         print(f"== {name}", flush=True)
         command = [sys.executable, "-m", parser.prog.split()[-1], *arguments, "--here", name]

@@ -12,9 +12,9 @@ import numpy as np
 from mathutils import Matrix, Vector
 
 from ..addon.cli.import_file import load
-from ..addon.typed import scene_in
+from ..addon.typed import mesh_of, scene_in
 from ..core.base.arrays import Doubles
-from . import shapes, stage
+from . import character, decimated, housing, props, shapes, stage
 from .scenes import SCENES as SAMPLES
 from .stage import Sample
 
@@ -35,13 +35,23 @@ _OCTAVES = ((2.0, 0.25, 3), (5.0, 0.16, 4), (13.0, 0.07, 5), (34.0, 0.03, 6), (9
 def build(name: str, models: Path) -> Sample:
     """Replace whatever file is open by a scene, from Blender's empty factory file.
 
-    models: the folder of the .obj files. Raises InputError where the model is not there.
+    models: the folder of the models' files. Raises InputError where the model is not there.
     """
-    if name in MODELS:
-        load(models / MODELS[name])
-        target = next(thing.name for thing in bpy.data.objects if thing.type == "MESH")
-        return Sample(name, f"{MODELS[name]}, alone.", (target,))
-    return SCENES[name](empty_scene())
+    if name in SCENES:
+        return SCENES[name](empty_scene())
+    model = _loaded(name if name in MODELS else FROM_MODELS[name], models)
+    if name in FROM_MODELS:
+        return decimated.build(scene_in(bpy.context), name, model)
+    return Sample(name, f"{MODELS[name]}, alone.", (model.name,))
+
+
+def _loaded(name: str, models: Path) -> bpy.types.Object:
+    """A model, shaded as its file says; smooth, if it is a scan whose file says nothing."""
+    load(models / MODELS[name])
+    model = next(thing for thing in bpy.data.objects if thing.type == "MESH")
+    if name in SMOOTH:
+        mesh_of(model).shade_smooth()
+    return model
 
 
 def stand_on_ground(scene: bpy.types.Scene, model: bpy.types.Object) -> None:
@@ -69,8 +79,14 @@ def empty_scene() -> bpy.types.Scene:
 
 
 def names(models: Path) -> list[str]:
-    """All scenes, those models among them that the folder holds."""
-    return [*SCENES, *(name for name, file in MODELS.items() if (models / file).is_file())]
+    """All scenes, those of models among them that the folder holds."""
+    files = {**MODELS, **{name: MODELS[model] for name, model in FROM_MODELS.items()}}
+    return [*SCENES, *(name for name, file in files.items() if (models / file).is_file())]
+
+
+def of_one_surface(models: Path) -> list[str]:
+    """Those of all scenes of which one object's own surface is baked."""
+    return [name for name in names(models) if name not in (*HIGH_TO_LOW, *MANY)]
 
 
 def sculpt(scene: bpy.types.Scene) -> Sample:
@@ -247,5 +263,14 @@ SCENES: dict[str, Build] = {
     "instances": instances,
     "gaps": gaps,
     "part": part,
+    "character": character.build,
+    "bevel_low": housing.build,
+    "props": props.build,
 }
-MODELS = {"bunny": "stanford-bunny.obj", "rocker": "rocker-arm.obj", "spot": "spot.obj"}
+MODELS = {"bunny": "stanford-bunny.obj", "rocker": "rocker-arm.obj", "spot": "spot.obj", "igea": "igea.ply"}
+SMOOTH = ("igea",)
+FROM_MODELS = {"igea_low": "igea"}
+EVERY = (*SCENES, *MODELS, *FROM_MODELS)
+HIGH_TO_LOW = ("igea_low", "bevel_low")
+MANY = ("props",)  # whose targets are all baked; of others the first is
+OWN_SIZES = {"igea_low": decimated.SIZE, "props": props.SIZE}  # texels a side, whatever others are baked at

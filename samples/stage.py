@@ -15,12 +15,14 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Sample:
-    """A built scene. targets: names of the objects to bake. size: a texture edge, in texels, that suits them."""
+    """A built scene. targets: names of the objects to bake. size: a texture edge, in texels, that suits them. highs:
+    names of the meshes that the one target is baked from, where it is not its own surface."""
 
     name: str
     description: str
     targets: tuple[str, ...]
     size: int = 1024
+    highs: tuple[str, ...] = ()
 
 
 def add(

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...core.charts.unwrap import unwrap
+from ...samples.bench_scenes import MODELS
 from ...tests.oracles.charts.polygon_mesh import PolygonMesh
-from .chart_meshes import FILES, mesh_named
+from .chart_meshes import mesh_named
 from .charters import PADDING, SIZE
 
 # By what `mesh_named` knows them; FINER: each triangle in four.
@@ -29,7 +30,7 @@ FINER = ("igea",)
 
 def crowd_names(models: Path) -> list[str]:
     """Of CROWDS, without models whose files are not there."""
-    return [name for name, mesh in CROWDS.items() if mesh not in FILES or (models / FILES[mesh]).is_file()]
+    return [name for name, mesh in CROWDS.items() if mesh not in MODELS or (models / MODELS[mesh]).is_file()]
 
 
 def crowd(name: str, models: str) -> dict[str, Any]:

@@ -19,13 +19,12 @@ from ...tests.oracles.charts import organic, round_shapes
 from ...tests.oracles.charts.kinds import KINDS, ChartCase
 from ...tests.oracles.charts.polygon_mesh import PolygonMesh
 
-FILES = {**MODELS, "igea": "igea.ply"}
 Open = Callable[[Path], bpy.types.Object]  # of the folder of models
 
 
 def mesh_named(name: str, models: Path) -> PolygonMesh:
-    """A mesh by its name: one of FIGURES or FILES, in the folder of models; a file of a kind that the command reads; or
-    KIND[:SIZE[:SEED[:DEFECT]]], KIND from `tests.oracles.charts.kinds`.
+    """A mesh by its name: one of FIGURES or MODELS, in the folder of models; a file of a kind that the command reads;
+    or KIND[:SIZE[:SEED[:DEFECT]]], KIND from `tests.oracles.charts.kinds`.
 
     Raises InputError, one line that names what there is.
     """
@@ -35,9 +34,9 @@ def mesh_named(name: str, models: Path) -> PolygonMesh:
         return ChartCase(kind, int(size), int(seed), defect).build()
     if name in FIGURES:
         return mesh_of(FIGURES[name](models))
-    if name not in FILES and not Path(name).suffix:
-        raise InputError(f"{name}: no such mesh; name a file or one of {', '.join({**FILES, **FIGURES, **KINDS})}")
-    return mesh_of(_opened(models / FILES[name] if name in FILES else Path(name)))
+    if name not in MODELS and not Path(name).suffix:
+        raise InputError(f"{name}: no such mesh; name a file or one of {', '.join({**MODELS, **FIGURES, **KINDS})}")
+    return mesh_of(_opened(models / MODELS[name] if name in MODELS else Path(name)))
 
 
 def mesh_of(obj: bpy.types.Object) -> PolygonMesh:
@@ -48,7 +47,7 @@ def mesh_of(obj: bpy.types.Object) -> PolygonMesh:
 
 def figure_names(models: Path) -> list[str]:
     """Of FIGURES, without models whose files are not there."""
-    return [name for name in FIGURES if name not in FILES or (models / FILES[name]).is_file()]
+    return [name for name in FIGURES if name not in MODELS or (models / MODELS[name]).is_file()]
 
 
 def _opened(file: Path) -> bpy.types.Object:
@@ -57,7 +56,7 @@ def _opened(file: Path) -> bpy.types.Object:
 
 
 def _model(name: str) -> Open:
-    return lambda models: _applied(_opened(models / FILES[name]))
+    return lambda models: _applied(_opened(models / MODELS[name]))
 
 
 def _sample(name: str) -> Open:

@@ -79,7 +79,7 @@ def _scene(scene: str, ships: list[Any], *turned: list[Any]) -> list[str]:
 
 def ratios(scene: str, rounds: int) -> list[Any]:
     """Of a scene: what ships, its figures as they are; then each choice, its figures as many times those."""
-    subject = subject_of(build(scene, MODELS).targets[0], SIZE)
+    subject = subject_of(build(scene, MODELS).targets[:1], SIZE)
     ships: list[dict[str, float]] = []
     rows = []
     for choice in CHOICES:

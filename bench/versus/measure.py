@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import hashlib
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from datetime import date
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from itertools import zip_longest
+from pathlib import Path
 from typing import Any
 
 import bpy
@@ -17,39 +19,50 @@ import numpy as np
 from ...core.finish.compare import compare
 from ..pages import ROOT, machine
 from ..subject import Subject, prepare
-from .bakers import OURS, Baker, bakers, refusal
-from .record import FOLDER, Point, Record, Run, read
+from .bakers import OURS, Baker, refusal
+from .cases import MAPS, Case, is_trial
+from .choice import bakers_for, longest
+from .record import FOLDER, Point, Record, Run, file_of, read
 from .reference import Reference, reference
 
 LONG = 60.0  # seconds: a point that takes longer is measured in the first round alone
 MUST_AGREE = ("machine", "blender", "embree", "embreex", "triangles", "texels")
-PATIENCE = 4.0  # points that are expected to take so many times the budget are left out
+STALLED = 0.93  # more rays that leave so much of the error are of no use: half of them, if independent, leave 0.71
 _SOURCES = ("core/**/*.py", "core/kernel/src/*", "core/kernel/include/*")
 
 
-def measure(scene: str, size: int, chosen: argparse.Namespace) -> None:
-    """Measure what is not there yet of a scene at a size, and keep it."""
-    record = Record(scene, size)
-    if record.file.exists() and not chosen.fresh:
-        record = read(record.file)
-    subject = prepare(scene, size, chosen.models)
-    against = reference(subject, chosen.budget, FOLDER / f"{record.name}_reference.npz", chosen.fresh)
-    about = _about(subject, against, chosen.quick)
+def measure(case: Case, chosen: argparse.Namespace) -> None:
+    """Measure what is not there yet of a case, and keep it."""
+    trial = is_trial(chosen)
+    record, file = Record(case.scene, case.size, map=case.map), file_of(case, trial=trial)
+    if file.exists() and not chosen.fresh:
+        record = read(file)
+    if trial:
+        record.without_other_codes(OURS, source_hash())
+    subject = prepare(case.scene, case.size, chosen.models)
+    against = reference(subject, MAPS[case.map], chosen.budget, _reference_files(case, trial), chosen.fresh)
+    about = _about(subject, against, trial)
     _drop_what_differs(record, about, against)
     record.about, record.noise, record.skipped = about, against.noise, {}
-    wanted = [baker for baker in bakers(chosen.quick) if not _is_refused(baker, subject, record)]
+    wanted = [baker for baker in bakers_for(case, chosen) if not _is_refused(baker, subject, record)]
     record.keep()
     for number in range(chosen.rounds):
         for baker, setting in _turns(wanted):
             point = record.point(baker.name, setting)
-            if _is_due(point, number) and _is_affordable(baker, setting, record, chosen.budget):
+            if _is_due(point, number) and _is_worth_it(baker, setting, record, chosen):
                 _bake(baker, subject, point, against, record)
 
 
-def _about(subject: Subject, against: Reference, quick: bool) -> dict[str, Any]:
+def _reference_files(case: Case, trial: bool) -> list[Path]:
+    """Where its reference may be, and last where it goes: a trial's own must not become the page's."""
+    kept = FOLDER / f"{case.name}_reference.npz"
+    return [kept, FOLDER / "trials" / kept.name] if trial else [kept]
+
+
+def _about(subject: Subject, against: Reference, trial: bool) -> dict[str, Any]:
     return {
-        "quick": quick,
-        "object": subject.name,
+        "quick": trial,
+        "object": subject.label,
         "texels": int(np.count_nonzero(subject.covered)),
         "of_the_same_triangle": int(np.count_nonzero(subject.same)),
         "triangles": subject.triangles,
@@ -98,7 +111,7 @@ def _is_refused(baker: Baker, subject: Subject, record: Record) -> bool:
 
 def _turns(wanted: list[Baker]) -> Iterator[tuple[Baker, str]]:
     """The coarsest settings of all, then the next: bakers alternate, and what is quick is there first."""
-    for row in zip_longest(*([(baker, setting) for setting in baker.settings] for baker in wanted)):
+    for row in zip_longest(*([(baker, setting) for setting in baker.settings + baker.further] for baker in wanted)):
         yield from (turn for turn in row if turn is not None)
 
 
@@ -106,17 +119,25 @@ def _is_due(point: Point, number: int) -> bool:
     return len(point.runs) <= number and not (point.runs and point.seconds > LONG)
 
 
-def _is_affordable(baker: Baker, setting: str, record: Record, budget: float) -> bool:
-    """Whether a point may take as long as its baker's finest so far lets expect."""
+def _is_worth_it(baker: Baker, setting: str, record: Record, chosen: argparse.Namespace) -> bool:
+    """Whether a point is still needed, and may take as long as its baker's finest so far lets expect."""
     before = [each for each in record.of(baker.name) if baker.cost(each.setting) < baker.cost(setting)]
+    before.sort(key=lambda each: baker.cost(each.setting))
+    if setting in baker.further and _is_at_its_end(baker, before, record.noise):
+        return False
     if not before:
         return True
-    finest = max(before, key=lambda each: baker.cost(each.setting))
-    expected = finest.seconds * baker.cost(setting) / baker.cost(finest.setting)
-    if expected <= PATIENCE * budget or record.point(baker.name, setting).runs:
+    expected = before[-1].seconds * baker.cost(setting) / baker.cost(before[-1].setting)
+    if expected <= longest(baker, setting, chosen) or record.point(baker.name, setting).runs:
         return True
     record.skip(f"{baker.name}, {setting}", f"it would take some {expected:.0f} s")
     return False
+
+
+def _is_at_its_end(baker: Baker, before: Sequence[Point], noise: float) -> bool:
+    """Whether points, coarse to fine, have come to the RMSE that is gone on to, or come no nearer to it."""
+    errors = [each.corrected(noise) for each in before]
+    return min(errors, default=math.inf) <= baker.until or (len(errors) > 2 and errors[-1] > STALLED * errors[-2])
 
 
 def _bake(baker: Baker, subject: Subject, point: Point, against: Reference, record: Record) -> None:

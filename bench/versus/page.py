@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from ...core.base.version import version
-from ...samples.bench_scenes import MODELS, SCENES
+from ...samples.bench_scenes import EVERY, OWN_SIZES
 from ..cycles import DEFAULT_FEWEST, DEFAULT_SAMPLES, DEFAULT_THRESHOLD
 from ..pages import apart, filled
 from ..tables import table
+from . import class_page
 from .bakers import CYCLES, CYCLES_DEFAULT, OURS, OURS_ERROR, PEERS
+from .class_figures import NONE
+from .classes import BRACKETED
 from .curves import Ratio, geometric_mean, ratio_at
 from .measure import LONG
 from .plot import GOALS
@@ -20,9 +23,13 @@ from .script_baker import LIFT, MOST_TRIANGLES
 
 MACHINE = "{machine}; Blender {blender}; Embree {embree} in ours, embreex {embreex}, Open3D {open3d}"
 PICTURES = "../docs/pictures/versus"
-NONE = "–"
 DEFAULTS = {"samples": DEFAULT_SAMPLES, "threshold": DEFAULT_THRESHOLD, "fewest": DEFAULT_FEWEST}
-CONSTANTS = {**DEFAULTS, "lift": LIFT, "millions": MOST_TRIANGLES // 1_000_000}
+CONSTANTS = {
+    **DEFAULTS,
+    "lift": LIFT,
+    "millions": MOST_TRIANGLES // 1_000_000,
+    "bracketed": ", ".join(f"`{scene}`" for scene in BRACKETED),
+}
 
 
 @dataclass(frozen=True)
@@ -41,20 +48,24 @@ class Cell:
         return f"`{self.record.scene}` at {self.record.size}, RMSE {self.goal}: {self.ours} against {self.peer}"
 
 
-def lines_of(records: Sequence[Record], sections: Sequence[Sequence[str]], pictures: bool = True) -> list[str]:
-    """The whole page. sections: those that are no scenes."""
-    cells = [cell for record in records for cell in _cells(record)]
-    sizes = sorted({record.size for record in records})
+def lines_of(records: Sequence[Record], sections: Sequence[Sequence[str]], *, trial: bool = False) -> list[str]:
+    """The whole page. sections: those that are no scenes. trial: of records that are kept apart, which have no
+    pictures."""
+    ao = [record for record in records if record.is_ao]
+    cells = [cell for record in ao for cell in _cells(record)]
+    sizes = sorted({record.size for record in ao if record.scene not in OWN_SIZES})
     return filled(
         __file__,
         version=version(),
         **CONSTANTS,
-        about=[*_machines(records), _rounds(records), *_missing(records)],
+        about=[*_machines(records), _rounds(records), *_missing(ao)],
+        classes=class_page.chapter(ao, trial=trial),
         summaries=apart(_summary(size, [cell for cell in cells if cell.record.size == size]) for size in sizes),
         losses=_losses(cells),
-        scenes=apart(_scene(record, [cell for cell in cells if cell.record is record], pictures) for record in records),
-        told=[_told(record, point) for record in records for point in record.of(OURS_ERROR)],
-        agreement=[_agreement(record) for record in records if record.of(CYCLES)],
+        scenes=apart(_scene(record, [cell for cell in cells if cell.record is record], trial) for record in ao),
+        told=[_told(record, point) for record in ao for point in record.of(OURS_ERROR)],
+        agreement=[_agreement(record) for record in ao if record.of(CYCLES)],
+        reflections=class_page.reflections(records, trial=trial),
         sections=apart(sections),
     )
 
@@ -85,10 +96,20 @@ def _rounds(records: Sequence[Record]) -> str:
 
 
 def _missing(records: Sequence[Record]) -> Iterator[str]:
-    for size in sorted({record.size for record in records}):
-        there = {record.scene for record in records if record.size == size}
-        if missing := [f"`{name}`" for name in (*SCENES, *MODELS) if name not in there]:
-            yield f"- Not measured at {size}x{size}: {', '.join(missing)}."
+    """A line a size on scenes that are not there, and on those that have a size of their own."""
+    alike = [name for name in EVERY if name not in OWN_SIZES]
+    for size in sorted({record.size for record in records if record.scene in alike}):
+        yield from _not_measured([(scene, size) for scene in alike], records)
+    yield from _not_measured(OWN_SIZES.items(), records)
+
+
+def _not_measured(wanted: Iterable[tuple[str, int]], records: Sequence[Record]) -> Iterator[str]:
+    there = {(record.scene, record.size) for record in records}
+    missing: dict[int, list[str]] = {}
+    for scene, size in wanted:
+        if (scene, size) not in there:
+            missing.setdefault(size, []).append(f"`{scene}`")
+    yield from (f"- Not measured at {size}x{size}: {', '.join(scenes)}." for size, scenes in missing.items())
 
 
 def _summary(size: int, cells: Sequence[Cell]) -> list[str]:
@@ -120,12 +141,12 @@ def _losses(cells: Sequence[Cell]) -> list[str]:
     return [*(text for _, text in lost), *missed] or [none]
 
 
-def _scene(record: Record, cells: Sequence[Cell], pictures: bool) -> list[str]:
+def _scene(record: Record, cells: Sequence[Cell], trial: bool) -> list[str]:
     rows: dict[tuple[str, str], list[object]] = {}
     for cell in cells:
         if cell.peer in PEERS:
             rows.setdefault((cell.ours, cell.peer), []).append(cell.ratio or NONE)
-    picture = f"![RMSE against seconds]({PICTURES}/{record.name}.png)" if pictures else ""
+    picture = f"![RMSE against seconds]({PICTURES}/{record.name}.png)" if not trial else ""
     return filled(
         Path(__file__).with_name("scene.md"),
         record=record,
@@ -147,13 +168,15 @@ def _defaults(record: Record, cells: Sequence[Cell]) -> str:
 
 
 def _told(record: Record, point: Point) -> tuple[Record, Point, str, str, float]:
-    """What it was, and over what it told; its 99th percentile; rays a texel."""
+    """What it was, and over what it told; both 99th percentiles, where it told one; rays a texel."""
     first, true = point.runs[0], point.corrected(record.noise)
     rays = (first.rays or 0) / record.about["texels"]
-    if true < 0.5 * record.noise:  # nothing that this reference could tell
-        return record, point, f"below {record.noise:.5f} | {NONE}", NONE, rays
+    told_p99 = NONE if first.estimated_p99 is None else f"{first.estimated_p99:.5f}"
+    if not record.can_tell(point):
+        return record, point, f"below {record.noise:.5f} | {NONE}", f"{told_p99} | {NONE}", rays
     shown = f"{true:.5f} | {true / first.estimated if first.estimated else float('nan'):.2f}"
-    return record, point, shown, f"{first.p99 * true / point.rmse:.5f}" if point.rmse else "0", rays
+    p99 = f"{first.p99 * true / point.rmse:.5f}" if point.rmse else "0"
+    return record, point, shown, f"{told_p99} | {p99}", rays
 
 
 def _agreement(record: Record) -> tuple[Record, Point, float]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
 from ..pages import ROOT
-from .bakers import CYCLES, CYCLES_DEFAULT, EMBREEX, OPEN3D, OURS_ERROR, OURS_RAYS
+from .bakers import CYCLES, CYCLES_DEFAULT, EMBREEX, ERRORS, OPEN3D, OURS_ERROR, OURS_RAYS
 from .record import Record
 
 FOLDER = ROOT / "docs" / "pictures" / "versus"
-GOALS = {"1/50": 1 / 50, "1/100": 1 / 100, "1/255": 1 / 255, "1/510": 1 / 510}
+GOALS = {name: float(Fraction(name)) for name in ERRORS}
 # Colours of Okabe and Ito, which stay apart in every common colour blindness; ours are full lines.
 _LOOKS = {
     OURS_ERROR: ("#D55E00", "o-"),

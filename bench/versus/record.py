@@ -11,10 +11,12 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ...core.rays.map_spec import AO
 from ..pages import ROOT, write_json
+from .cases import Case
 
 KEPT = ROOT / "bench" / "results"  # the measurements
-FOLDER = ROOT / "build" / "versus"  # what can be made again: references, quick runs
+FOLDER = ROOT / "build" / "versus"  # what can be made again: references, trials
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,12 @@ class Point:
         """Of all runs together, the reference's noise still in it."""
         return math.sqrt(statistics.fmean(run.rmse**2 for run in self.runs))
 
+    @property
+    def told(self) -> float | None:
+        """The RMSE that the baker itself tells, of all runs together; None where it tells none."""
+        told = [run.estimated for run in self.runs if run.estimated is not None]
+        return math.sqrt(statistics.fmean(each**2 for each in told)) if told else None
+
     def corrected(self, noise: float) -> float:
         """The RMSE without the reference's noise."""
         return without_noise(self.rmse, noise)
@@ -61,8 +69,8 @@ class Point:
 
 @dataclass
 class Record:
-    """A scene at a size. about: what was baked and with what, for the page. noise: of the reference. skipped: why, by
-    baker or by baker and setting."""
+    """A map of a scene at a size. about: what was baked and with what, for the page. noise: of the reference. skipped:
+    why, by baker or by baker and setting."""
 
     scene: str
     size: int
@@ -70,15 +78,22 @@ class Record:
     noise: float = 0.0
     skipped: dict[str, str] = field(default_factory=dict)
     points: list[Point] = field(default_factory=list)
+    map: str = AO.name
+
+    @property
+    def case(self) -> Case:
+        """What it is of."""
+        return Case(self.scene, self.size, self.map)
 
     @property
     def name(self) -> str:
         """As files call it."""
-        return f"{self.scene}_{self.size}"
+        return self.case.name
 
     @property
     def file(self) -> Path:
-        return (FOLDER if self.about.get("quick") else KEPT) / f"{self.name}.json"
+        """Where it is kept; `quick` in `about` is so of whatever is only tried."""
+        return file_of(self.case, trial=bool(self.about.get("quick")))
 
     def point(self, baker: str, setting: str) -> Point:
         """The point of a baker at a setting, new where it was not measured yet."""
@@ -88,6 +103,14 @@ class Record:
         self.points.append(Point(baker, setting))
         return self.points[-1]
 
+    @property
+    def is_ao(self) -> bool:
+        return self.map == AO.name
+
+    def can_tell(self, point: Point) -> bool:
+        """Whether the reference is good enough for how far off a point is."""
+        return point.corrected(self.noise) >= 0.5 * self.noise
+
     def of(self, baker: str) -> list[Point]:
         """A baker's points that were measured."""
         return [each for each in self.points if each.baker == baker and each.runs]
@@ -95,6 +118,12 @@ class Record:
     def curve(self, baker: str) -> list[tuple[float, float]]:
         """Their seconds and RMSE without the reference's noise, as they were measured."""
         return [(each.seconds, each.corrected(self.noise)) for each in self.of(baker)]
+
+    def without_other_codes(self, bakers: Sequence[str], code: str) -> None:
+        """Take out what these bakers made in another state of our code."""
+        for point in self.points:
+            if point.baker in bakers:
+                point.runs = [run for run in point.runs if run.code == code]
 
     def codes(self, bakers: Sequence[str]) -> set[str]:
         """The states of our code that these bakers were measured with."""
@@ -117,6 +146,11 @@ def without_noise(rmse: float, noise: float) -> float:
     return math.sqrt(max(rmse**2 - noise**2, (0.25 * noise) ** 2))
 
 
+def file_of(case: Case, *, trial: bool) -> Path:
+    """Where the record of a case is kept."""
+    return (FOLDER if trial else KEPT) / f"{case.name}.json"
+
+
 def read(file: Path) -> Record:
     """A record from its file."""
     kept = json.loads(file.read_text(encoding="utf-8"))
@@ -124,7 +158,7 @@ def read(file: Path) -> Record:
     return Record(**{**kept, "points": points})
 
 
-def records(*, quick: bool) -> list[Record]:
-    """All that is there, of quick runs or of the others, by file name."""
-    files = sorted((FOLDER if quick else KEPT).glob("*_*[0-9].json"))
+def records(*, trial: bool) -> list[Record]:
+    """All that is there, of trials or of the others, by file name."""
+    files = sorted((FOLDER if trial else KEPT).glob("*_*[0-9].json"))
     return [record for record in map(read, files) if record.points]

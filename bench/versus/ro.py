@@ -25,10 +25,10 @@ LOBE, NAIVE = "importance", "uniform_sphere"
 def measure(chosen: argparse.Namespace) -> dict[str, Any]:
     """Both estimators at a few numbers of rays."""
     subject = prepare(SCENE, SIZE, chosen.models)
-    found: dict[str, Any] = {"about": {"machine": machine(), "size": SIZE, "object": subject.name}}
+    found: dict[str, Any] = {"about": {"machine": machine(), "size": SIZE, "object": subject.label}}
     for exponent in EXPONENTS:
         spec = reflection(exponent)
-        against = trace_reference(subject, spec, rays_within(subject, chosen.budget))
+        against = trace_reference(subject, spec, rays_within(subject, spec, chosen.budget))
         cases = {
             f"{exponent:g} {sampler} {rays}": partial(_bake, subject, sampled(spec, sampler), rays, against)
             for rays, sampler in product(RAYS, (LOBE, NAIVE))

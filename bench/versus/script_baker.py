@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -56,25 +56,34 @@ def open3d_query(vertices: Floats, triangles: Ints) -> Occluded:
 
 
 def bake_by_script(
-    name: str, size: int, rays: int, seed: int, query: Open, threads: int | None
+    names: Sequence[str], size: int, rays: int, seed: int, query: Open, threads: int | None
 ) -> tuple[float, Floats, Flags]:
-    """Bake an object of the open file's AO into a PNG that is thrown away. Returns seconds, and (H, W) values and
-    coverage. threads: None for as many as there are processors."""
+    """Bake AO of objects of the open file into PNGs that are thrown away. Returns seconds, and values and coverage,
+    (N * size, size), one object below the other. threads: None for as many as there are processors."""
     with TemporaryDirectory() as folder:
         start = time.perf_counter()
-        subject = subject_of(name, size)
-        target, covered = subject.scene.targets[0], subject.covered
-        origin = centre_of(target)
-        mesh = world_surface(target, origin)
-        texels = TexelSurface(mesh, subject.owner)
-        normals = texels.normals[covered]
-        lift = np.float32(LIFT * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))))
+        subject = subject_of(names, size)
+        targets, covered = subject.scene.targets, subject.covered
+        origin = np.mean([centre_of(target) for target in targets], axis=0)
         occluded = query(*_flat(subject.scene.occluders, origin))
         values = np.zeros(covered.shape, dtype=np.float32)
-        points = texels.positions[covered] + lift * normals, normals
-        values[covered] = _visibility(*points, rays, seed, occluded, ThreadPoolExecutor(threads or os.cpu_count()))
-        write_image(Path(folder) / "ao.png", values, depth=16)
+        with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+            for number, target in enumerate(targets):
+                there = slice(number * size, (number + 1) * size)
+                points = _points(target, origin, subject.owner[there])
+                values[there][covered[there]] = _visibility(*points, rays, seed, occluded, pool)
+                write_image(Path(folder) / f"ao {number}.png", values[there], depth=16)
         return time.perf_counter() - start, values, covered
+
+
+def _points(target: Instance, origin: Doubles, owner: Ints) -> tuple[Floats, Floats]:
+    """The middles of a target's covered texels, lifted, and their normals."""
+    mesh = world_surface(target, origin)
+    texels = TexelSurface(mesh, owner)
+    covered = owner >= 0
+    normals = texels.normals[covered]
+    lift = np.float32(LIFT * float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))))
+    return texels.positions[covered] + lift * normals, normals
 
 
 def _flat(occluders: Iterable[Instance], origin: Doubles) -> tuple[Floats, Ints]:
@@ -98,8 +107,7 @@ def _visibility(
         hit = occluded(np.repeat(points[there], rays, axis=0), directions)
         answer[there] = 1.0 - hit.reshape(-1, rays).mean(axis=1)
 
-    with pool:
-        list(pool.map(chunk, range(0, len(points), step)))
+    list(pool.map(chunk, range(0, len(points), step)))
     return answer
 
 
