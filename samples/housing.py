@@ -66,14 +66,17 @@ def _high() -> bpy.types.Mesh:
         for x in (-0.5, 0.5):
             for y in (-0.24, 0.0, 0.24):
                 _bolt(draft, (x, y, 0.12))
-        shapes.box(draft, (-0.14, -0.27, 0.55 - SUNK), (0.14, 0.27, 0.562))
+        shapes.box(draft, (-0.14, -0.27, 0.55 - SUNK), (0.14, 0.27, 0.561))
         _rivets(draft)
     return mesh
 
 
 def _body(draft: BMesh, outline: list[shapes.Pair], around: int) -> None:
+    """All but its underside, which nobody sees."""
     place = Matrix.Translation((0.0, -0.5 * DEPTH, 0.0)) @ _UPRIGHT
     shapes.prism(draft, outline, (0.0, DEPTH, 0.0), place, holes=[_circle(BORE, around)])
+    below = [face for face in draft.faces if all(vertex.co.z == 0.0 for vertex in face.verts)]
+    bmesh.ops.delete(draft, geom=below, context="FACES_ONLY")
 
 
 def _with_grooves() -> list[shapes.Pair]:
@@ -95,12 +98,12 @@ def _circle(radius: float, corners: int) -> list[shapes.Pair]:
 def _rim(draft: BMesh, y: float, out: float) -> None:
     """A ring about the bore that stands off the face at y."""
     place = Matrix.Translation((0.0, y - out * SUNK, 0.0)) @ _UPRIGHT
-    shapes.prism(draft, _circle(0.175, 96), (0.0, out * 0.018, 0.0), place, holes=[_circle(BORE + 0.012, 96)])
+    shapes.prism(draft, _circle(0.175, 96), (0.0, out * 0.012, 0.0), place, holes=[_circle(BORE + 0.012, 96)])
 
 
 def _bolt(draft: BMesh, foot: stage.Triple) -> None:
     """A washer and a hexagon on it."""
-    for radius, corners, rise in ((0.045, 32, 0.005), (0.03, 6, 0.02)):
+    for radius, corners, rise in ((0.045, 32, 0.004), (0.03, 6, 0.011)):
         outline = shapes.arc((0.0, 0.0), radius, 0.0, 360.0, corners)[:-1]
         place = Matrix.Translation(Vector(foot) - Vector((0.0, 0.0, SUNK)))
         shapes.prism(draft, outline, (0.0, 0.0, rise + SUNK), place)
@@ -114,4 +117,4 @@ def _rivets(draft: BMesh) -> None:
             x, _, z = middle + share * slope
             for side in (-1.0, 1.0):
                 at = Matrix.Translation((side * x, y, z))
-                bmesh.ops.create_uvsphere(draft, u_segments=24, v_segments=16, radius=0.013, matrix=at)
+                bmesh.ops.create_uvsphere(draft, u_segments=24, v_segments=16, radius=0.011, matrix=at)
