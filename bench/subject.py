@@ -21,6 +21,7 @@ from ..samples.bench_scenes import MANY, build
 from ..tests.oracles.blender import read
 from ..tests.oracles.settings import flat_settings
 from .bake_here import OwnBake, bake_here, pairing_of
+from .seen_surface import sees_one_surface
 
 _WHOLE = 1.0 - 1e-4  # of a texel
 
@@ -57,13 +58,15 @@ class Subject:
     @cached_property
     def same(self) -> Flags:
         """(N * size, size) bool: those that Cycles, by its rule, gives to the same triangle. From high meshes those
-        alone that a chart covers wholly: of others ours looks from the middle of what is covered, Cycles from the
-        texel's."""
+        alone that see one surface of them (seen_surface.py), and that a chart covers wholly: of others ours looks from
+        the middle of what is covered, Cycles from the texel's."""
         targets, size = self.scene.targets, self.size
         by_centre = np.concatenate([owners_by_centre(_uv(target), size, size) for target in targets])
         mask: Flags = self.covered & (by_centre == self.owner)
         if self.highs:
-            mask &= _texels(targets[0], size).coverage >= _WHOLE
+            (target,) = targets
+            mask &= _texels(target, size).coverage >= _WHOLE
+            mask &= sees_one_surface(target, self.scene.highs[target.name], self.owner)
         return mask
 
     def bake(self, spec: MapSpec = AO, *, with_files: bool = False, **goal: Any) -> OwnBake:
