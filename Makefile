@@ -55,6 +55,7 @@ bake: venv ## bake the sample scenes
 
 bench: venv $(VENV)/.bench ## seconds against error of ours and of others, into bench/RESULTS.md: hours; what options cost, how codes err
 	$(PY) -m occlusion_bake.bench.versus
+	$(PY) -m occlusion_bake.bench.versus --maps ro_10 ro_100 --sizes 1024
 	$(PY) -m occlusion_bake.bench.options
 	$(PY) -m occlusion_bake.bench.directional
 

@@ -127,11 +127,21 @@ def _is_worth_it(baker: Baker, setting: str, record: Record, chosen: argparse.Na
         return False
     if not before:
         return True
-    expected = before[-1].seconds * baker.cost(setting) / baker.cost(before[-1].setting)
+    expected = _expected(baker.cost(setting), [(baker.cost(each.setting), each.seconds) for each in before])
     if expected <= longest(baker, setting, chosen) or record.point(baker.name, setting).runs:
         return True
     record.skip(f"{baker.name}, {setting}", f"it would take some {expected:.0f} s")
     return False
+
+
+def _expected(cost: float, before: Sequence[tuple[float, float]]) -> float:
+    """Seconds of a setting by costs and seconds of coarser ones, along the line through the last two: what does not
+    grow with the cost may be most of it, as of many objects. After the first the second is simply tried."""
+    (first, seconds), *others = before[-2:]
+    if not others:
+        return seconds
+    ((last, finest),) = others
+    return finest + max(finest - seconds, 0.0) / (last - first) * (cost - last)
 
 
 def _is_at_its_end(baker: Baker, before: Sequence[Point], noise: float) -> bool:
