@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from math import radians
 from typing import TYPE_CHECKING
 
@@ -110,11 +111,24 @@ def _bolt(draft: BMesh, foot: stage.Triple) -> None:
 
 
 def _rivets(draft: BMesh) -> None:
-    """Half balls in rows along the slopes."""
+    """Balls in rows along the slopes, half of each in them."""
     middle, slope = np.array((0.275, 0.0, 0.485)), np.array((-0.15, 0.0, 0.13))
     for share in (-0.3, 0.3):
         for y in np.linspace(-0.29, 0.29, 12):
             x, _, z = middle + share * slope
             for side in (-1.0, 1.0):
-                at = Matrix.Translation((side * x, y, z))
-                bmesh.ops.create_uvsphere(draft, u_segments=24, v_segments=16, radius=0.011, matrix=at)
+                _ball(draft, (side * float(x), float(y), float(z)), 0.011)
+
+
+def _ball(draft: BMesh, middle: stage.Triple, radius: float, rings: int = 16, around: int = 24) -> None:
+    """Of rings of quads; bmesh's own operator looks for doubles in the whole mesh, each time."""
+    across, up = np.meshgrid(2.0 * np.pi * np.arange(around) / around, np.pi * (np.arange(1, rings) / rings - 0.5))
+    points = np.stack([np.cos(up) * np.cos(across), np.cos(up) * np.sin(across), np.sin(up)], axis=-1)
+    net = [[draft.verts.new(middle + radius * point) for point in ring] for ring in points]
+    poles = [draft.verts.new((*middle[:2], middle[2] + end * radius)) for end in (-1.0, 1.0)]
+    for here in range(around):
+        there = (here + 1) % around
+        draft.faces.new((poles[0], net[0][there], net[0][here]))
+        draft.faces.new((net[-1][here], net[-1][there], poles[1]))
+        for low, high in pairwise(net):
+            draft.faces.new((low[here], low[there], high[there], high[here]))

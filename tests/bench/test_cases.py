@@ -10,14 +10,14 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from occlusion_bake.bench.versus import __main__ as command  # noqa: E402
-from occlusion_bake.bench.versus.bakers import CYCLES, OURS, OURS_ERROR, PEERS, Baker  # noqa: E402
-from occlusion_bake.bench.versus.cases import Case, cases, is_meant, is_trial  # noqa: E402
-from occlusion_bake.bench.versus.choice import BRACKET_SECONDS, bakers_for, longest  # noqa: E402
-from occlusion_bake.bench.versus.classes import BRACKETED, CLASSES  # noqa: E402
-from occlusion_bake.bench.versus.measure import _expected, _is_at_its_end  # noqa: E402
-from occlusion_bake.bench.versus.record import Point, Record, Run  # noqa: E402
-from occlusion_bake.samples.bench_scenes import MODELS, OWN_SIZES, SCENES  # noqa: E402
+from occlusion_bake.bench.versus import __main__ as command
+from occlusion_bake.bench.versus.bakers import CYCLES, OURS, OURS_ERROR, PEERS, Baker
+from occlusion_bake.bench.versus.cases import Case, cases, is_meant, is_trial
+from occlusion_bake.bench.versus.choice import BRACKET_SECONDS, bakers_for, longest
+from occlusion_bake.bench.versus.classes import BRACKETED, CLASSES
+from occlusion_bake.bench.versus.measure import _expected, _is_at_its_end
+from occlusion_bake.bench.versus.record import Point, Record, Run
+from occlusion_bake.samples.bench_scenes import MODELS, OWN_SIZES, SCENES
 
 
 @pytest.fixture

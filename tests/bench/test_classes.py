@@ -6,13 +6,13 @@ import pytest
 
 pytest.importorskip("bpy")
 
-from occlusion_bake.bench.pages import ROOT  # noqa: E402
-from occlusion_bake.bench.versus import class_page, page, record  # noqa: E402
-from occlusion_bake.bench.versus.bakers import CYCLES, OURS_ERROR, OURS_RAYS  # noqa: E402
-from occlusion_bake.bench.versus.class_figures import aims, by_scene  # noqa: E402
-from occlusion_bake.bench.versus.classes import BRACKETED, CLASSES, SIZE, size_of  # noqa: E402
-from occlusion_bake.bench.versus.record import Point, Record, Run  # noqa: E402
-from occlusion_bake.samples.bench_scenes import EVERY, FROM_MODELS, HIGH_TO_LOW, MANY, MODELS, OWN_SIZES  # noqa: E402
+from occlusion_bake.bench.pages import ROOT
+from occlusion_bake.bench.versus import class_page, page, record
+from occlusion_bake.bench.versus.bakers import CYCLES, OURS_ERROR, OURS_RAYS
+from occlusion_bake.bench.versus.class_figures import aims, by_scene
+from occlusion_bake.bench.versus.classes import BRACKETED, CLASSES, SIZE, size_of
+from occlusion_bake.bench.versus.record import Point, Record, Run
+from occlusion_bake.samples.bench_scenes import EVERY, FROM_MODELS, HIGH_TO_LOW, MANY, MODELS, OWN_SIZES
 
 ABOUT = {
     "object": "Thing",
@@ -134,5 +134,5 @@ def test_records_that_are_kept_can_be_read() -> None:
     kept = record.records(trial=False)
     files = {each.file for each in kept}
     assert files and all(file.exists() for file in files)
-    assert files == {file for file in (ROOT / "bench" / "results").glob("*_*[0-9].json")}
+    assert files == set((ROOT / "bench" / "results").glob("*_*[0-9].json"))
     assert {each.scene for each in kept} <= set(EVERY)
