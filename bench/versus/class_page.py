@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from ...samples.bench_scenes import OWN_SIZES
 from ..pages import apart, filled
 from ..tables import table
 from .bakers import CYCLES, OURS_RAYS
@@ -25,9 +26,9 @@ def chapter(records: Sequence[Record], *, trial: bool = False) -> list[str]:
     found = by_scene((record for record in records if record.is_ao), trial=trial)
     if not found:
         return []
-    title = "By class" if trial else f"By class, {SIZE}x{SIZE}"
+    title, sizes = ("By class", "") if trial else (f"By class, {SIZE}x{SIZE}", _own_sizes())
     text = Path(__file__).with_name("classes.md")
-    return filled(text, title=title, aim=AIM, aims=aims(found), classes=apart(_tables(found)))
+    return filled(text, title=title, sizes=sizes, aim=AIM, aims=aims(found), classes=apart(_tables(found)))
 
 
 def reflections(records: Sequence[Record], *, trial: bool = False) -> list[str]:
@@ -41,6 +42,10 @@ def reflections(records: Sequence[Record], *, trial: bool = False) -> list[str]:
         lines = filled(text, title=title, aims=aims_beside_plain(found), classes=apart(_tables(found)))
         chapters += [lines] if found else []
     return apart(chapters).splitlines()
+
+
+def _own_sizes() -> str:
+    return f"Textures of {', of '.join(f'`{scene}` are {size}x{size}' for scene, size in OWN_SIZES.items())}."
 
 
 def _tables(found: Mapping[str, Figures]) -> list[list[str]]:

@@ -59,7 +59,7 @@ def lines_of(records: Sequence[Record], sections: Sequence[Sequence[str]], *, tr
         __file__,
         version=version(),
         **CONSTANTS,
-        about=[*_machines(records), _rounds(records), *_missing(ao)],
+        about=[*_machines(records), _rounds(records), *(() if trial else _missing(ao))],
         classes=class_page.chapter(ao, trial=trial),
         summaries=apart(_summary(size, [cell for cell in cells if cell.record.size == size]) for size in sizes),
         losses=_losses(cells),

@@ -90,14 +90,14 @@ def test_the_low_mesh_is_baked_from_the_high_one(baker: str, rays: int) -> None:
     left, and behind it all. The low mesh, though it lies over one half of the other, takes none.
 
     The mean of 16 texels is off by 4.5 standard errors of independent rays with p = 7e-6; Cycles spreads its samples
-    over the texel's middle, which changes the mean of so curved a function by less than 0.02."""
+    over the texel, which changes the mean of so curved a function by less than 0.03."""
     subject = step_from_high()
     assert [each.name for each in subject.scene.occluders] == ["Step"]
     found = bake_by(subject, baker, str(rays))
     foot = found.values[SIZE // 4 : 3 * SIZE // 4, SIZE // 2 - 1]
     d = 1.0 / SIZE
     left = 1.0 - 0.5 * (1.0 - d / np.hypot(d, STEP))
-    assert foot.mean() == pytest.approx(left, abs=4.5 * 0.5 / np.sqrt(rays * len(foot)) + 0.02 * (baker == CYCLES))
+    assert foot.mean() == pytest.approx(left, abs=4.5 * 0.5 / np.sqrt(rays * len(foot)) + 0.03 * (baker == CYCLES))
     assert (found.values[:, SIZE // 2 + 1 :][found.covered[:, SIZE // 2 + 1 :]] == 1.0).all()
 
 
