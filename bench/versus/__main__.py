@@ -60,13 +60,13 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _listed(check: Callable[[str], object], what: str) -> Callable[[str], list[str]]:
-    """Words with commas between them, each of which `check` takes."""
+def _listed(meaning: Callable[[str], object], what: str) -> Callable[[str], list[str]]:
+    """Words with commas between them, each of which has a meaning."""
 
     def words(given: str) -> list[str]:
         for word in given.split(","):
             try:
-                check(word)
+                meaning(word)
             except (KeyError, ValueError, ZeroDivisionError):
                 raise argparse.ArgumentTypeError(f"{word}: no such {what}") from None
         return given.split(",")
@@ -97,7 +97,7 @@ def _measure(name: str, chosen: argparse.Namespace) -> None:
 def _write(chosen: argparse.Namespace) -> None:
     """The page; of a trial what it was of, into a page of its own or on the screen alone."""
     if not is_trial(chosen):
-        _write_page(chosen)
+        _write_page()
         return
     found = _of_trial(chosen)
     if not chosen.quick:
@@ -109,7 +109,7 @@ def _write(chosen: argparse.Namespace) -> None:
     print(text, f"wrote {QUICK_RESULTS}", sep="\n")
 
 
-def _write_page(_: argparse.Namespace) -> None:
+def _write_page() -> None:
     found = sorted(records(trial=False), key=lambda record: (record.size, EVERY.index(record.scene)))
     files = {name: KEPT / f"{name}.json" for name in SECTIONS}
     kept = {name: json.loads(file.read_text(encoding="utf-8")) for name, file in files.items() if file.exists()}
