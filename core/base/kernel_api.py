@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 12
+ABI_VERSION = 13
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -102,7 +102,10 @@ class Signal(Structure):
         ("precision", c_void_p),
         ("filtered", c_void_p),
         ("error", c_void_p),
+        ("open_shares", c_void_p),
+        ("open_share_count", c_int32),
         ("sharpness", c_float),
+        ("slope", c_float),
         ("plain", c_int32),
         ("threads", c_int32),
     ]

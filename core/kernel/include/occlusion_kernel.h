@@ -26,7 +26,7 @@ extern "C" {
 #define OB_CONSTANT inline
 #endif
 
-enum { OB_ABI_VERSION = 12 };
+enum { OB_ABI_VERSION = 13 };
 
 enum ob_status {
   OB_OK = 0,
@@ -183,7 +183,13 @@ typedef struct ob_signal {
   const float *precision; /* how much less a value's variance is; 0: no rays yet */
   float *filtered;        /* out, 0 to 1; untouched where no triangle owns the texel, or its place is no number */
   float *error;           /* out: the expected squared error of `filtered` */
-  float sharpness;        /* weights fall as exp(-sharpness (1 - cos)) of the angle between normals */
+  /* The share of the map's lobe above the plane of the texel's own triangle, for cosines of the angle between that and
+   * the shading normal: open_share_count numbers, 2 or more, evenly from 0 to 1. Values are filtered in parts of it.
+   * NULL: as they are. */
+  const float *open_shares;
+  int32_t open_share_count;
+  float sharpness; /* weights fall as exp(-sharpness (1 - cos)) of the angle between normals */
+  float slope;     /* how much values are likely to change by per unit of the normal */
   int32_t plain;          /* not 0: `filtered` is `value` as it is, and `error` what its noise comes to */
   int32_t threads;
 } ob_signal;

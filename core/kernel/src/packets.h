@@ -13,7 +13,7 @@
 namespace ob {
 
 constexpr int kLanes = 16;               // texels of a group: a 4 x 4 block, in Morton order
-constexpr float kFilterRadius = 6.5F;    // in spacings
+constexpr float kFilterRadius = 9.0F;    // in spacings
 constexpr int kMostFootprintPoints = 36; // footprint points of a texel in one chunk of rays, at most
 
 // Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set. Their alignment is
@@ -120,10 +120,27 @@ struct Signal {
   Lanes value;
   Lanes noise;     // an estimate of the variance of a value of precision 1
   Lanes precision; // of the value; 0: no rays yet
-  Lanes guide;     // a first fit, by place alone
+  Lanes guide;     // a first fit, over a small neighbourhood
   Lanes guide_error;
   Lanes variance;          // noise, averaged over the neighbourhood
   Lanes residual_variance; // variance of the map about the first fit
+};
+
+// What a point's neighbours are fitted by: a point, or a quad of four that lie beside one another and are much alike,
+// with the means of all they have.
+struct Sample {
+  float position[3], normal[3];
+  float shading[3]; // the normal that the texel is shaded by, unlike the mesh's where it has one of its own
+  float value, noise, precision, guide, guide_error;
+  float scatter; // mean square of what the points' values lie off their mean by more than their guides do
+  float count;   // points; 0: none, or each is asked for itself
+};
+
+constexpr int kQuads = kLanes / 4; // in a cluster: 2 x 2 texels, four lanes in a row
+
+struct Quads {
+  Sample of[kQuads];
+  uint32_t single; // a bit for each lane that is in none of them
 };
 
 // Clusters and, for each, those near it: near[first[i]] to near[first[i + 1] - 1], itself among them.
@@ -131,9 +148,22 @@ struct Neighbours {
   const Cluster *clusters;
   const int64_t *first;
   const int32_t *near;
+  const uint8_t *flat;         // of each cluster: it and those near it have one normal
+  const Lanes3 *texel_normals; // of each, the normals that texels have of their own; NULL: they have none
   float sharpness;             // how fast weights fall as normals turn away: exp(-sharpness (1 - cos))
-  const Lanes3 *texel_normals; // of each cluster, the normals that texels have of their own; NULL: they have none
-  Lanes3 *normal_slopes;       // of each, how its guides change with these
+  float per_slope2;            // 1 over the square of what values are likely to change by per unit of the normal
+};
+
+// How a cluster's guides change with the normals, along the tangents.
+struct NormalSlopes {
+  Lanes along[2];
+};
+
+// What the filter's passes hand on, of each cluster.
+struct Passes {
+  Signal *signals;
+  Quads *quads;
+  NormalSlopes *normal_slopes;
 };
 
 // One instruction set's build of the steps.
@@ -149,10 +179,12 @@ struct PacketCode {
   // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
   void (*trace[4])(const RayBatch &, const TexelGroup &, const Frames &, const LaneMask &active, RayBatchSums &,
                    int64_t &embree_cycles);
-  // The filter's two passes over cluster `index`: fills its signal's guide, guide_error, variance and
-  // residual_variance; from those of all, the filtered values and their expected squared errors.
-  void (*compute_guide)(const Neighbours &, int64_t index, Signal *signals);
-  void (*filter)(const Neighbours &, int64_t index, const Signal *signals, Lanes &value, Lanes &error);
+  // The filter's three passes over cluster `index`: the first fills its signal's guide, guide_error, variance and
+  // residual_variance; the second its quads; the third makes of those of all the filtered values and their expected
+  // squared errors.
+  void (*compute_guide)(const Neighbours &, int64_t index, const Passes &);
+  void (*gather_quads)(const Neighbours &, int64_t index, const Passes &);
+  void (*filter)(const Neighbours &, int64_t index, const Passes &, Lanes &value, Lanes &error);
 };
 
 extern const PacketCode kBaselinePackets;

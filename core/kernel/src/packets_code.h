@@ -373,6 +373,8 @@ void trace(const RayBatch &batch, const TexelGroup &group, const Frames &frames,
 } // namespace
 } // namespace ob
 
+#include "filter_fit_code.h"
+#include "filter_quads_code.h"
 #include "surface_filter_code.h"
 
 namespace ob {
@@ -380,7 +382,7 @@ namespace {
 
 constexpr PacketCode kCode = {
     spread_points, interpolate, build_frames, build_tangent_frames, {trace<1>, trace<4>, trace<8>, trace<16>},
-    compute_guide, filter};
+    compute_guide, gather_quads, filter};
 
 } // namespace
 } // namespace ob

@@ -19,7 +19,7 @@ namespace {
 constexpr float kClusterReach = 8.0F;
 constexpr float kLeastCosine = 0.25F; // between normals within a cluster
 constexpr size_t kMostNear = 96;      // clusters near one; of more the farthest are left out
-constexpr float kHalo = 32.0F;        // spacings beyond a slab that clusters in it look at: those near, and near those
+constexpr float kHalo = 36.0F;        // spacings beyond a slab that clusters in it look at: those near, and near those
 constexpr ob_slab kEverywhere = {-INFINITY, INFINITY, 0};
 constexpr float kEvenSpacing = 2.0F; // surfaces whose texels differ by more in size do not mix
 
@@ -39,6 +39,7 @@ struct Points {
   bool active[kLanes];
   float position[kLanes][3];
   float normal[kLanes][3];
+  float geometric[kLanes][3];
   float spacing[kLanes];
   uint32_t texel[kLanes];
 };
@@ -81,6 +82,9 @@ bool read_points(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int 
     points.normal[lane][0] = n.x[lane];
     points.normal[lane][1] = n.y[lane];
     points.normal[lane][2] = n.z[lane];
+    points.geometric[lane][0] = group.geometric.x[lane];
+    points.geometric[lane][1] = group.geometric.y[lane];
+    points.geometric[lane][2] = group.geometric.z[lane];
     points.spacing[lane] = spacing_of(group, surface, surface.owner[texel], lane);
     points.active[lane] = points.spacing[lane] > 0.0F && std::isfinite(points.spacing[lane]) &&
                           finite(points.position[lane]) && finite(points.normal[lane]);
@@ -130,8 +134,26 @@ void measure(const Points &points, Cluster &cluster) {
   cluster.radius = std::sqrt(farthest);
 }
 
+// What is kept of a cluster's texels besides where they lie.
+struct Shading {
+  Lanes3 normal;         // that the texels are shaded by
+  Lanes horizon_cosine; // between that and their triangle's
+};
+
+// A texel's own normal where it has one that is a number, else the mesh's.
+void shading_normal(const ob_surface &surface, const Points &points, int lane, float *normal) {
+  std::copy_n(points.normal[lane], 3, normal);
+  if (surface.texel_normals == nullptr) {
+    return;
+  }
+  const float *own = surface.texel_normals + 3 * static_cast<int64_t>(points.texel[lane]);
+  if (const float length = std::sqrt(dot3(own, own)); length > 1e-6F && std::isfinite(length)) {
+    std::transform(own, own + 3, normal, [&](float part) { return part / length; });
+  }
+}
+
 // Takes the points that belong with the first one left; returns false where none is left.
-bool take_cluster(Points &points, Cluster &cluster) {
+bool take_cluster(const ob_surface &surface, Points &points, Cluster &cluster, Shading &shading) {
   const bool *found = std::find(points.active, points.active + kLanes, true);
   if (found == points.active + kLanes) {
     return false;
@@ -143,6 +165,10 @@ bool take_cluster(Points &points, Cluster &cluster) {
     const int from = ours ? lane : first;
     put(cluster.position, lane, points.position[from]);
     put(cluster.normal, lane, points.normal[from]);
+    float normal[3];
+    shading_normal(surface, points, from, normal);
+    put(shading.normal, lane, normal);
+    shading.horizon_cosine[lane] = dot3(normal, points.geometric[from]);
     cluster.active[lane] = ours ? -1 : 0;
     cluster.texel[lane] = points.texel[from];
   }
@@ -159,19 +185,30 @@ bool within(const Cluster &cluster, const ob_slab &slab, float halo) {
   return place >= slab.low - more && place < slab.high + more;
 }
 
-void cluster_row(const ob_surface &surface, const ob_slab &slab, int32_t tile_y, const PacketCode &code,
-                 std::vector<Cluster> &clusters) {
+// The clusters of one row of tiles.
+struct Row {
+  std::vector<Cluster> clusters;
+  std::vector<Lanes3> texel_normals;
+  std::vector<Lanes> horizon_cosines;
+};
+
+void cluster_row(const ob_surface &surface, const ob_slab &slab, int32_t tile_y, const PacketCode &code, Row &row) {
   const int32_t wide = (surface.width + kTile - 1) / kTile;
   const auto group = std::make_unique<TexelGroup>();
   const auto frames = std::make_unique<Frames>();
   Points points{};
   Cluster cluster{};
+  Shading shading{};
   for (int32_t tile_x = 0; tile_x < wide; ++tile_x) {
     for (int block = 0; block < kGroups; ++block) {
       if (read_points(surface, tile_x, tile_y, block, code, *group, *frames, points)) {
-        while (take_cluster(points, cluster)) {
+        while (take_cluster(surface, points, cluster, shading)) {
           if (within(cluster, slab, kHalo)) {
-            clusters.push_back(cluster);
+            row.clusters.push_back(cluster);
+            row.horizon_cosines.push_back(shading.horizon_cosine);
+            if (surface.texel_normals != nullptr) {
+              row.texel_normals.push_back(shading.normal);
+            }
           }
         }
       }
@@ -194,19 +231,26 @@ template <typename Item> std::vector<Item> joined(std::vector<std::vector<Item>>
   return all;
 }
 
-std::vector<Cluster> find_clusters(const ob_surface &surface, const ob_slab &slab, int32_t threads,
-                                   ob_control *control) {
+void find_clusters(const ob_surface &surface, int32_t threads, ob_control *control, ob_filter &filter) {
   const PacketCode &code = choose_code(kLanes);
   const int32_t high = (surface.height + kTile - 1) / kTile;
-  std::vector<std::vector<Cluster>> rows(static_cast<size_t>(high));
+  std::vector<std::vector<Cluster>> clusters(static_cast<size_t>(high));
+  std::vector<std::vector<Lanes3>> texel_normals(static_cast<size_t>(high));
+  std::vector<std::vector<Lanes>> horizon_cosines(static_cast<size_t>(high));
   begin(control, high);
   run_parallel(thread_count(threads), high, [&](auto next) {
-    for (int64_t row = next(); row >= 0 && !cancelled(control); row = next()) {
-      cluster_row(surface, slab, static_cast<int32_t>(row), code, rows[static_cast<size_t>(row)]);
+    for (int64_t i = next(); i >= 0 && !cancelled(control); i = next()) {
+      Row row;
+      cluster_row(surface, filter.slab, static_cast<int32_t>(i), code, row);
+      clusters[static_cast<size_t>(i)] = std::move(row.clusters);
+      texel_normals[static_cast<size_t>(i)] = std::move(row.texel_normals);
+      horizon_cosines[static_cast<size_t>(i)] = std::move(row.horizon_cosines);
       advance(control, 1);
     }
   });
-  return joined(rows);
+  filter.clusters = joined(clusters);
+  filter.texel_normals = joined(texel_normals);
+  filter.horizon_cosines = joined(horizon_cosines);
 }
 
 // What the search for neighbours looks at, close together in memory.
@@ -372,32 +416,69 @@ void find_neighbours(ob_filter &filter, int32_t threads, ob_control *control) {
   filter.near = joined(near);
 }
 
-// The normals that texels have of their own; of one that is no number the mesh's.
-std::vector<Lanes3> texel_normals_of(const ob_surface &surface, const std::vector<Cluster> &clusters) {
-  std::vector<Lanes3> texel_normals;
-  texel_normals.reserve(clusters.size());
-  for (const Cluster &cluster : clusters) {
-    texel_normals.push_back(cluster.normal);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const float *own = surface.texel_normals + 3 * static_cast<int64_t>(cluster.texel[lane]);
-      if (const float length = std::sqrt(dot3(own, own)); length > 1e-6F && std::isfinite(length)) {
-        const float unit[] = {own[0] / length, own[1] / length, own[2] / length};
-        put(texel_normals.back(), lane, unit);
-      }
+constexpr float kFlat = 1e-6F; // squared difference of normals that are one
+
+bool differs(const Lanes3 &normals, const float *from) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const float normal[3] = {normals.x[lane], normals.y[lane], normals.z[lane]};
+    if (!(distance2(normal, from) <= kFlat)) {
+      return true;
     }
   }
-  return texel_normals;
+  return false;
+}
+
+// Where a cluster and those near it have but one normal there is nothing to fit by normals.
+void find_flat(ob_filter &filter, int32_t threads) {
+  const auto count = static_cast<int64_t>(filter.clusters.size());
+  std::vector<uint8_t> even(filter.clusters.size());
+  for (size_t i = 0; i < even.size(); ++i) {
+    const Lanes3 &normals = filter.texel_normals.empty() ? filter.clusters[i].normal : filter.texel_normals[i];
+    const float first[3] = {normals.x[0], normals.y[0], normals.z[0]};
+    even[i] = differs(normals, first) ? 0 : 1;
+  }
+  filter.flat.assign(even.size(), 0);
+  const int64_t pieces = (count + kStretch - 1) / kStretch;
+  run_parallel(thread_count(threads), pieces, [&](auto next) {
+    for (int64_t piece = next(); piece >= 0; piece = next()) {
+      for (int64_t i = piece * kStretch; i < std::min(count, (piece + 1) * kStretch); ++i) {
+        const auto at = static_cast<size_t>(i);
+        const int32_t *near = filter.near.data() + filter.first[at];
+        const int32_t *end = filter.near.data() + filter.first[at + 1];
+        filter.flat[at] = std::all_of(near, end, [&](int32_t other) {
+          return even[static_cast<size_t>(other)] != 0 &&
+                 distance2(filter.clusters[static_cast<size_t>(other)].axis, filter.clusters[at].axis) <= kFlat;
+        });
+      }
+    }
+  });
 }
 
 int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, ob_filter &filter) {
-  filter.clusters = find_clusters(surface, filter.slab, threads, control);
-  if (surface.texel_normals != nullptr) {
-    filter.texel_normals = texel_normals_of(surface, filter.clusters);
-  }
+  find_clusters(surface, threads, control, filter);
   if (!cancelled(control)) {
     find_neighbours(filter, threads, control);
   }
+  if (!cancelled(control)) {
+    find_flat(filter, threads);
+  }
   return cancelled(control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
+}
+
+// The share of a lobe above its texel's own triangle, from a table.
+Lanes open_shares(const ob_signal &images, const Lanes &cosines) {
+  if (images.open_shares == nullptr || images.plain != 0) {
+    return Lanes{} + 1.0F;
+  }
+  Lanes shares;
+  const int last = images.open_share_count - 1;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const float place = std::clamp(cosines[lane], 0.0F, 1.0F) * static_cast<float>(last); // of NaN: 0
+    const int step = std::min(static_cast<int>(place), last - 1);
+    const float past = place - static_cast<float>(step);
+    shares[lane] = images.open_shares[step] * (1.0F - past) + images.open_shares[step + 1] * past;
+  }
+  return shares;
 }
 
 Signal read_signal(const Cluster &cluster, const ob_signal &images) {
@@ -422,54 +503,96 @@ void keep_unfiltered(const Signal &signal, Lanes &value, Lanes &error) {
   }
 }
 
-void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error, const ob_signal &images) {
+// share: what the values are parts of.
+void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error, const Lanes &share,
+                  const ob_signal &images) {
   for (int lane = 0; lane < kLanes; ++lane) {
     if (cluster.active[lane] != 0) {
-      const float kept = images.plain != 0 ? value[lane] : std::clamp(value[lane], 0.0F, 1.0F);
-      images.filtered[cluster.texel[lane]] = kept;
-      images.error[cluster.texel[lane]] = error[lane];
+      const float whole = value[lane] * share[lane];
+      images.filtered[cluster.texel[lane]] = images.plain != 0 ? whole : std::clamp(whole, 0.0F, 1.0F);
+      images.error[cluster.texel[lane]] = error[lane] * share[lane] * share[lane];
     }
   }
 }
 
-int32_t apply(const ob_filter &filter, const ob_signal &images, ob_control *control) {
-  const PacketCode &code = choose_code(kLanes);
-  const auto count = static_cast<int64_t>(filter.clusters.size());
-  const int64_t pieces = (count + kStretch - 1) / kStretch;
-  std::vector<Signal> signals(filter.clusters.size());
-  std::vector<Lanes3> normal_slopes(filter.texel_normals.size());
-  const Lanes3 *texel_normals = filter.texel_normals.empty() ? nullptr : filter.texel_normals.data();
-  const Neighbours neighbours{filter.clusters.data(), filter.first.data(), filter.near.data(),
-                              images.sharpness,       texel_normals,       normal_slopes.data()};
-  begin(control, 3 * pieces);
-  const auto for_all = [&](auto body) {
-    run_parallel(thread_count(images.threads), pieces, [&](auto next) {
-      for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
-        for (int64_t i = piece * kStretch; i < std::min(count, (piece + 1) * kStretch); ++i) {
+// The passes over all clusters of one map.
+class Application {
+public:
+  Application(const ob_filter &filter, const ob_signal &images, ob_control *control)
+      : filter_(filter), images_(images), control_(control), signals_(filter.clusters.size()),
+        shares_(filter.clusters.size()), quads_(images.plain != 0 ? 0 : filter.clusters.size()),
+        slopes_(filter.clusters.size()), neighbours_{filter.clusters.data(),
+                                                     filter.first.data(),
+                                                     filter.near.data(),
+                                                     filter.flat.data(),
+                                                     filter.texel_normals.empty() ? nullptr
+                                                                                  : filter.texel_normals.data(),
+                                                     images.sharpness,
+                                                     1.0F / (images.slope * images.slope)},
+        passes_{signals_.data(), quads_.data(), slopes_.data()} {}
+
+  void run() {
+    begin(control_, (images_.plain != 0 ? 3 : 4) * pieces());
+    for_all([&](int64_t i) { read(static_cast<size_t>(i)); });
+    for_all([&](int64_t i) { code_.compute_guide(neighbours_, i, passes_); });
+    if (images_.plain == 0) {
+      for_all([&](int64_t i) { code_.gather_quads(neighbours_, i, passes_); });
+    }
+    for_all([&](int64_t i) { write(i); });
+  }
+
+private:
+  int64_t count() const { return static_cast<int64_t>(filter_.clusters.size()); }
+  int64_t pieces() const { return (count() + kStretch - 1) / kStretch; }
+
+  template <typename Body> void for_all(Body body) {
+    run_parallel(thread_count(images_.threads), pieces(), [&](auto next) {
+      for (int64_t piece = next(); piece >= 0 && !cancelled(control_); piece = next()) {
+        for (int64_t i = piece * kStretch; i < std::min(count(), (piece + 1) * kStretch); ++i) {
           body(i);
         }
-        advance(control, 1);
+        advance(control_, 1);
       }
     });
-  };
-  for_all([&](int64_t i) {
-    signals[static_cast<size_t>(i)] = read_signal(filter.clusters[static_cast<size_t>(i)], images);
-  });
-  for_all([&](int64_t i) { code.compute_guide(neighbours, i, signals.data()); });
-  for_all([&](int64_t i) {
-    const Cluster &cluster = filter.clusters[static_cast<size_t>(i)];
-    if (!within(cluster, filter.slab, 0.0F)) {
+  }
+
+  void read(size_t i) {
+    signals_[i] = read_signal(filter_.clusters[i], images_);
+    shares_[i] = open_shares(images_, filter_.horizon_cosines[i]);
+    signals_[i].value /= shares_[i];
+    signals_[i].noise /= shares_[i] * shares_[i];
+  }
+
+  void write(int64_t i) {
+    const auto at = static_cast<size_t>(i);
+    const Cluster &cluster = filter_.clusters[at];
+    if (!within(cluster, filter_.slab, 0.0F)) {
       return;
     }
     Lanes value{};
     Lanes error{};
-    if (images.plain != 0) {
-      keep_unfiltered(signals[static_cast<size_t>(i)], value, error);
+    if (images_.plain != 0) {
+      keep_unfiltered(signals_[at], value, error);
     } else {
-      code.filter(neighbours, i, signals.data(), value, error);
+      code_.filter(neighbours_, i, passes_, value, error);
     }
-    write_result(cluster, value, error, images);
-  });
+    write_result(cluster, value, error, shares_[at], images_);
+  }
+
+  const ob_filter &filter_;
+  const ob_signal &images_;
+  ob_control *control_;
+  const PacketCode &code_ = choose_code(kLanes);
+  std::vector<Signal> signals_;
+  std::vector<Lanes> shares_;
+  std::vector<Quads> quads_;
+  std::vector<NormalSlopes> slopes_;
+  Neighbours neighbours_;
+  Passes passes_;
+};
+
+int32_t apply(const ob_filter &filter, const ob_signal &images, ob_control *control) {
+  Application(filter, images, control).run();
   return cancelled(control) ? fail(OB_CANCELLED, "cancelled") : OB_OK;
 }
 
@@ -510,6 +633,12 @@ int32_t ob_filter_apply(const ob_filter *filter, const ob_signal *signal, ob_con
     }
     if (!(signal->sharpness >= 0.0F) || !std::isfinite(signal->sharpness)) {
       return ob::fail(OB_INVALID, "the filter's sharpness must be 0 or more, and finite");
+    }
+    if (!(signal->slope > 0.0F)) {
+      return ob::fail(OB_INVALID, "the slope that is likely must be more than 0");
+    }
+    if (signal->open_shares != nullptr && signal->open_share_count < 2) {
+      return ob::fail(OB_INVALID, "a table of open shares has 2 numbers at least");
     }
     return ob::apply(*filter, *signal, control);
   });

@@ -11,5 +11,7 @@ struct ob_filter {
   std::vector<ob::Cluster> clusters;
   std::vector<int64_t> first; // one more than there are clusters
   std::vector<int32_t> near;
-  std::vector<ob::Lanes3> texel_normals; // the texels' own normals, of each cluster, where they have any
+  std::vector<uint8_t> flat;                 // of each: it and those near it have one normal
+  std::vector<ob::Lanes3> texel_normals;     // of each, the texels' own normals, where they have any
+  std::vector<ob::Lanes> horizon_cosines;    // of each, between the texels' shading normals and their triangles
 };

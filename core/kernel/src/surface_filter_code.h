@@ -13,15 +13,11 @@ namespace ob {
 namespace {
 
 constexpr float kGuideRadius = 3.0F;      // in spacings
-constexpr float kTolerance = 3.5F * 3.5F; // squared difference of guides, in their variances, at which weights are 1/e
 constexpr float kFlatness = 1.0F;         // squared distance from the tangent planes, in spacings, for 1/e
-constexpr float kRidge = 0.3F;            // added to the spread of the places: a plane is not tilted by two points
-constexpr float kNormalRidge = 1e-5F;     // and to that of the normals
 // Residuals above so many times the noise count as detail. Less of it would take more noise for detail than it saves in
 // blur: 6 was best on the samples, from 16 to 64 rays.
 constexpr float kDetailThreshold = 6.0F;
 constexpr float kLikelyDetailThreshold = 2.0F; // and above so many times it makes the error that is expected larger
-constexpr float kLeastVariance = 1e-7F;        // of the difference of two guides
 
 // Nearly exp(-x), and 0 from 8 on.
 Lanes falloff(Lanes x) {
@@ -31,149 +27,39 @@ Lanes falloff(Lanes x) {
   return t4 * t4;
 }
 
-// What values are fitted by: a neighbour's place in the tangent plane; and where texels have normals of their own, how
-// it is turned against the point, too, for AO is nearly linear in the normal.
-constexpr int kByPlace = 2;
-constexpr int kByNormal = 5;
-
-// Weighted sums over the neighbours of sixteen points; places in spacings, values relative to each point's origin.
-template <int D> struct Moments {
-  Lanes w, v, vv;
-  Lanes at[D], value_at[D];
-  Lanes products[D][D]; // the lower half
-  Lanes noise;          // of w times the variance of the value
-  Lanes ww, spread;     // of w², and of that times the variance
-};
-
-template <int D> struct Fit {
-  Lanes value;    // at the point, relative to its origin
-  Lanes slope[D]; // from it
-  Lanes error;    // variance of the value, by the rays' noise
-  Lanes residual; // mean square of what the plane leaves over
-  Lanes noise;    // the part of it that the rays' noise explains
-  Lanes share;    // of a point here, of weight 1, in the value
-  Lanes squares;  // about the sum of the squared shares of all points
-};
-
-template <int D> void add(Moments<D> &m, Lanes w, const Lanes (&at)[D], Lanes v, Lanes variance) {
-  const Lanes wv = w * v;
-  m.w += w;
-  m.v += wv;
-  m.vv += wv * v;
-  for (int i = 0; i < D; ++i) {
-    const Lanes weighted = w * at[i];
-    m.at[i] += weighted;
-    m.value_at[i] += weighted * v;
-    for (int j = 0; j <= i; ++j) {
-      m.products[i][j] += weighted * at[j];
-    }
-  }
-  m.noise += w * variance;
-  const Lanes ww = w * w;
-  m.ww += ww;
-  m.spread += ww * variance;
-}
-
-// A symmetric matrix as L D Lᵀ, in place: D on the diagonal, L below it.
-template <int D> void decompose(Lanes (&a)[D][D]) {
-  for (int j = 0; j < D; ++j) {
-    for (int k = 0; k < j; ++k) {
-      a[j][j] -= a[j][k] * a[j][k] * a[k][k];
-    }
-    a[j][j] = at_least(a[j][j], broadcast(1e-9F));
-    const Lanes inverse = 1.0F / a[j][j];
-    for (int i = j + 1; i < D; ++i) {
-      for (int k = 0; k < j; ++k) {
-        a[i][j] -= a[i][k] * a[j][k] * a[k][k];
-      }
-      a[i][j] *= inverse;
-    }
-  }
-}
-
-template <int D> void solve(const Lanes (&a)[D][D], const Lanes (&right)[D], Lanes (&left)[D]) {
-  for (int i = 0; i < D; ++i) {
-    left[i] = right[i];
-    for (int k = 0; k < i; ++k) {
-      left[i] -= a[i][k] * left[k];
-    }
-  }
-  for (int i = D - 1; i >= 0; --i) {
-    left[i] *= 1.0F / a[i][i];
-    for (int k = i + 1; k < D; ++k) {
-      left[i] -= a[k][i] * left[k];
-    }
-  }
-}
-
-template <int D> Fit<D> fitted(const Moments<D> &m) {
-  const Lanes inverse = 1.0F / at_least(m.w, broadcast(1e-20F));
-  const Lanes v = m.v * inverse;
-  Lanes mean[D];
-  Lanes value_covariance[D]; // with each coordinate
-  Lanes covariance[D][D];
-  Lanes matrix[D][D];
-  for (int i = 0; i < D; ++i) {
-    mean[i] = m.at[i] * inverse;
-    value_covariance[i] = m.value_at[i] * inverse - mean[i] * v;
-    for (int j = 0; j <= i; ++j) {
-      covariance[i][j] = covariance[j][i] = matrix[i][j] = m.products[i][j] * inverse - mean[i] * mean[j];
-    }
-    matrix[i][i] += i < kByPlace ? kRidge : kNormalRidge;
-  }
-  decompose(matrix);
-  Fit<D> fit{};
-  Lanes solved_mean[D];
-  solve(matrix, value_covariance, fit.slope);
-  solve(matrix, mean, solved_mean);
-  Lanes leverage = broadcast(1.0F);
-  Lanes residual = m.vv * inverse - v * v;
-  fit.value = v;
-  for (int i = 0; i < D; ++i) {
-    fit.value -= fit.slope[i] * mean[i];
-    leverage += mean[i] * solved_mean[i];
-    Lanes along = -2.0F * value_covariance[i];
-    for (int j = 0; j < D; ++j) {
-      along += covariance[i][j] * fit.slope[j];
-    }
-    residual += fit.slope[i] * along;
-  }
-  const Lanes squared_share = inverse * inverse * leverage;
-  fit.error = m.spread * squared_share;
-  fit.residual = at_least(residual, Lanes{});
-  fit.noise = m.noise * inverse;
-  fit.share = inverse * leverage;
-  fit.squares = m.ww * squared_share;
-  return fit;
-}
-
 // The points of a cluster with their tangent frames, and where their neighbours lie in these.
 struct ClusterFrame {
   Lanes3 position, normal, tangent, bitangent;
+  Lanes3 shading, shading_tangent, shading_bitangent;
   Lanes per_spacing;
-  float per_spacing2, per_radius2, sharpness;
+  float per_spacing2, sharpness;
 
-  ClusterFrame(const Cluster &cluster, float radius, float falls)
-      : position(cluster.position), normal(cluster.normal), per_spacing(broadcast(1.0F / cluster.spacing)),
-        per_spacing2(1.0F / (cluster.spacing * cluster.spacing)), per_radius2(1.0F / (radius * radius)),
-        sharpness(falls) {
+  ClusterFrame(const Neighbours &neighbours, int64_t index)
+      : position(neighbours.clusters[index].position), normal(neighbours.clusters[index].normal),
+        shading(shading_normals(neighbours, index)), per_spacing(broadcast(1.0F / neighbours.clusters[index].spacing)),
+        per_spacing2(per_spacing[0] * per_spacing[0]), sharpness(neighbours.sharpness) {
     frame_about(normal, tangent, bitangent);
+    frame_about(shading, shading_tangent, shading_bitangent);
   }
 
-  // Point j of a cluster, seen from each of ours: its place in the tangent plane, how far `inside` the radius it is (1
-  // in the middle, 0 outside), and its `distance` off the plane and in its normal, to which others may be added before
-  // the falloff.
-  void locate(const Cluster &other, int j, Lanes &x, Lanes &y, Lanes &distance, Lanes &inside) const {
-    const Lanes3 d{other.position.x[j] - position.x, other.position.y[j] - position.y,
-                   other.position.z[j] - position.z};
-    const Lanes3 n{broadcast(other.normal.x[j]), broadcast(other.normal.y[j]), broadcast(other.normal.z[j])};
+  // A sample, seen from each of our points: its place in the tangent plane, and its `distance` off the plane and in its
+  // normal, to which others may be added before the falloff.
+  void locate(const Sample &sample, Lanes &x, Lanes &y, Lanes &distance) const {
+    const Lanes3 d{sample.position[0] - position.x, sample.position[1] - position.y, sample.position[2] - position.z};
+    const Lanes3 n = broadcast3(sample.normal);
     x = dot(d, tangent) * per_spacing;
     y = dot(d, bitangent) * per_spacing;
     const Lanes off = dot(d, normal);
     const Lanes off_other = dot(d, n);
-    inside = at_least(1.0F - (x * x + y * y) * per_radius2, Lanes{});
     distance = (off * off + off_other * off_other) * (kFlatness * per_spacing2) +
                sharpness * at_least(1.0F - dot(normal, n), Lanes{});
+  }
+
+  // How its shading normal is turned against ours.
+  void turn(const Sample &sample, Lanes &x, Lanes &y) const {
+    const Lanes3 d{sample.shading[0] - shading.x, sample.shading[1] - shading.y, sample.shading[2] - shading.z};
+    x = dot(d, shading_tangent);
+    y = dot(d, shading_bitangent);
   }
 };
 
@@ -230,85 +116,104 @@ Lanes relative_precision(const Signal &own, Lanes variance) {
   return (own.variance + own.residual_variance + 1e-9F) / (variance + own.residual_variance + 1e-9F);
 }
 
-// Every point near a cluster that has rays, and what it is from there: visit(signal, lane, at, distance, inside), the
-// last two as `ClusterFrame::locate` gives them.
+// Every sample near a cluster, and what it is from there: visit(sample, at, distance), as `ClusterFrame::locate` gives
+// them. quads: those of all clusters, taken where they may be but for the cluster's own; NULL: point by point.
 template <int D, typename Visit>
-void for_each_neighbour(const Neighbours &neighbours, int64_t index, const Signal *signals, float radius, Visit visit) {
+void for_each_neighbour(const Neighbours &neighbours, int64_t index, const Signal *signals, const Quads *quads,
+                        float radius, Visit visit) {
   const Cluster &cluster = neighbours.clusters[index];
-  const ClusterFrame frame(cluster, radius, neighbours.sharpness);
+  const ClusterFrame frame(neighbours, index);
+  const auto look_at = [&](const Sample &sample) {
+    Lanes at[D];
+    Lanes distance;
+    frame.locate(sample, at[0], at[1], distance);
+    if constexpr (D == kByNormal) {
+      frame.turn(sample, at[2], at[3]);
+    }
+    visit(sample, at, distance);
+  };
+  const float reach = cluster.radius + radius * cluster.spacing;
   for (int64_t k = neighbours.first[index]; k < neighbours.first[index + 1]; ++k) {
     const int32_t near = neighbours.near[k];
     const Cluster &other = neighbours.clusters[near];
     if (out_of_reach(cluster, other, radius)) {
       continue;
     }
-    const Signal &theirs = signals[near];
-    for (uint32_t bits = within_reach(cluster, other, theirs.precision, radius); bits != 0; bits &= bits - 1) {
-      const int j = __builtin_ctz(bits);
-      Lanes at[D];
-      Lanes distance;
-      Lanes inside;
-      frame.locate(other, j, at[0], at[1], distance, inside);
-      if constexpr (D == kByNormal) {
-        const Lanes3 &own_normal = neighbours.texel_normals[index];
-        const Lanes3 &other_normal = neighbours.texel_normals[near];
-        at[2] = other_normal.x[j] - own_normal.x;
-        at[3] = other_normal.y[j] - own_normal.y;
-        at[4] = other_normal.z[j] - own_normal.z;
+    const bool joined = quads != nullptr && near != index;
+    for (int quad = 0; joined && quad < kQuads; ++quad) {
+      const Sample &sample = quads[near].of[quad];
+      if (sample.count > 0.0F && difference2(sample.position, cluster.centre) <= reach * reach) {
+        look_at(sample);
       }
-      visit(theirs, j, at, distance, inside);
+    }
+    uint32_t bits = joined ? quads[near].single : ~0U;
+    if (bits != 0) {
+      bits &= within_reach(cluster, other, signals[near].precision, radius);
+    }
+    for (; bits != 0; bits &= bits - 1) {
+      Sample sample;
+      read_sample(neighbours, near, signals[near], __builtin_ctz(bits), sample);
+      look_at(sample);
     }
   }
 }
 
-template <int D> void compute_guide_by(const Neighbours &neighbours, int64_t index, Signal *signals) {
-  Signal &own = signals[index];
+// How far `inside` a radius a place is: 1 in the middle, 0 outside.
+template <int D> Lanes inside(const Lanes (&at)[D], Lanes per_radius2) {
+  return at_least(1.0F - (at[0] * at[0] + at[1] * at[1]) * per_radius2, Lanes{});
+}
+
+template <int D> void compute_guide_by(const Neighbours &neighbours, int64_t index, const Passes &passes) {
+  Signal &own = passes.signals[index];
   Moments<D> m{};
   Lanes noise{};
-  for_each_neighbour<D>(
-      neighbours, index, signals, kGuideRadius,
-      [&](const Signal &theirs, int j, const Lanes(&at)[D], const Lanes &distance, const Lanes &inside) {
-        const Lanes w = inside * falloff(distance);
-        const Lanes variance = broadcast(1.0F / theirs.precision[j]); // in units of the noise
-        add(m, w, at, theirs.value[j] - own.value, variance);
-        noise += w * theirs.noise[j];
-      });
+  const Lanes per_radius2 = broadcast(1.0F / (kGuideRadius * kGuideRadius));
+  const Signal *signals = passes.signals;
+  for_each_neighbour<D>(neighbours, index, signals, nullptr, kGuideRadius,
+                        [&](const Sample &sample, const Lanes(&at)[D], const Lanes &distance) {
+                          const Lanes w = inside(at, per_radius2) * falloff(distance);
+                          // In units of the noise.
+                          add(m, w, at, sample.value - own.value, broadcast(1.0F / sample.precision), 1.0F, 0.0F);
+                          noise += w * sample.noise;
+                        });
   const LaneMask sampled = own.precision > 0.0F;
-  const Fit<D> fit = fitted(m);
   own.variance = noise / at_least(m.w, broadcast(1e-20F));
+  const Fit<D> fit = fitted(m, own.variance, neighbours.per_slope2);
   own.residual_variance = at_least(fit.residual - kDetailThreshold * fit.noise * own.variance, Lanes{});
   const Shrinkage shrinkage = shrinkage_of(fit, broadcast(1.0F), own_variance(own, own.variance, sampled), own.variance,
                                            kDetailThreshold, sampled);
   own.guide = own.value + fit.value * (1.0F - shrinkage.share);
   own.guide_error = shrinkage.error;
-  if constexpr (D == kByNormal) {
-    neighbours.normal_slopes[index] = {fit.slope[2], fit.slope[3], fit.slope[4]};
+  for (int i = 0; i < 2; ++i) {
+    passes.normal_slopes[index].along[i] = D == kByNormal ? fit.slope[D - 2 + i] : Lanes{};
   }
 }
 
 template <int D>
-void filter_by(const Neighbours &neighbours, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
-  const Signal &own = signals[index];
+void filter_by(const Neighbours &neighbours, int64_t index, const Passes &passes, Lanes &value, Lanes &error) {
+  const Signal &own = passes.signals[index];
+  const Lanes(&slope)[2] = passes.normal_slopes[index].along;
   Moments<D> m{};
+  const Lanes radius = broadcast(kFilterRadius);
+  const Lanes per_radius2 = 1.0F / (radius * radius);
   for_each_neighbour<D>(
-      neighbours, index, signals, kFilterRadius,
-      [&](const Signal &theirs, int j, const Lanes(&at)[D], const Lanes &distance, const Lanes &inside) {
-        Lanes difference = theirs.guide[j] - own.guide;
+      neighbours, index, passes.signals, passes.quads, kFilterRadius,
+      [&](const Sample &sample, const Lanes(&at)[D], const Lanes &distance) {
+        Lanes difference = sample.guide - own.guide;
         if constexpr (D == kByNormal) { // but for what the normals explain
-          const Lanes3 &slope = neighbours.normal_slopes[index];
-          difference -= slope.x * at[2] + slope.y * at[3] + slope.z * at[4];
+          difference -= slope[0] * at[2] + slope[1] * at[3];
         }
-        const Lanes allowed = kTolerance * (own.guide_error + theirs.guide_error[j] + kLeastVariance);
+        const Lanes allowed = kTolerance * (own.guide_error + (sample.guide_error + kLeastVariance));
         // The noise of the values is taken as it is here: weights by their own would prefer those where it
         // happens to be small, and these are the open ones.
-        const Lanes variance = own.variance / theirs.precision[j];
-        const Lanes precision = relative_precision(own, variance);
-        const Lanes w = inside * falloff(distance + difference * difference / allowed) * precision;
-        add(m, w, at, theirs.value[j] - own.guide, variance);
+        const Lanes variance = own.variance * (1.0F / sample.precision);
+        const Lanes precision = relative_precision(own, variance) * sample.count;
+        const Lanes w = inside(at, per_radius2) * falloff(distance + difference * difference / allowed) * precision;
+        add(m, w, at, sample.value - own.guide, variance, sample.count, sample.scatter);
       });
   const LaneMask sampled = own.precision > 0.0F;
   const LaneMask isolated = m.w <= 0.0F;
-  const Fit<D> fit = fitted(m);
+  const Fit<D> fit = fitted(m, broadcast(1.0F), neighbours.per_slope2);
   const Lanes variance = own_variance(own, own.variance, sampled);
   const Shrinkage shrinkage =
       shrinkage_of(fit, relative_precision(own, variance), variance, broadcast(1.0F), kLikelyDetailThreshold, sampled);
@@ -318,14 +223,14 @@ void filter_by(const Neighbours &neighbours, int64_t index, const Signal *signal
   error = isolated ? broadcast(1.0F) : error;
 }
 
-void compute_guide(const Neighbours &neighbours, int64_t index, Signal *signals) {
-  neighbours.texel_normals == nullptr ? compute_guide_by<kByPlace>(neighbours, index, signals)
-                                      : compute_guide_by<kByNormal>(neighbours, index, signals);
+void compute_guide(const Neighbours &neighbours, int64_t index, const Passes &passes) {
+  neighbours.flat[index] != 0 ? compute_guide_by<kByPlace>(neighbours, index, passes)
+                              : compute_guide_by<kByNormal>(neighbours, index, passes);
 }
 
-void filter(const Neighbours &neighbours, int64_t index, const Signal *signals, Lanes &value, Lanes &error) {
-  neighbours.texel_normals == nullptr ? filter_by<kByPlace>(neighbours, index, signals, value, error)
-                                      : filter_by<kByNormal>(neighbours, index, signals, value, error);
+void filter(const Neighbours &neighbours, int64_t index, const Passes &passes, Lanes &value, Lanes &error) {
+  neighbours.flat[index] != 0 ? filter_by<kByPlace>(neighbours, index, passes, value, error)
+                              : filter_by<kByNormal>(neighbours, index, passes, value, error);
 }
 
 } // namespace

@@ -1,0 +1,136 @@
+// Weighted least squares of first order, for sixteen points at a time. Part of packets_code.h.
+#pragma once
+
+#include "packets.h"
+
+namespace ob {
+namespace {
+
+constexpr float kRidge = 0.3F;         // added to the spread of the places: a plane is not tilted by two points
+constexpr float kNormalRidge = 1e-5F; // and to that of the normals, besides what the noise asks for
+
+// What values are fitted by: a neighbour's place in the tangent plane; and, where the surface is not flat, how its
+// shading normal is turned against the point's, too: AO is nearly linear in the normal. Two numbers tell that, for in
+// the direction of the point's own normal unit normals differ only to second order.
+constexpr int kByPlace = 2;
+constexpr int kByNormal = 4;
+
+// Weighted sums over the neighbours of sixteen points; places in spacings, values relative to each point's origin.
+template <int D> struct Moments {
+  Lanes w, v, vv;
+  Lanes at[D], value_at[D];
+  Lanes products[D][D]; // the lower half
+  Lanes noise;          // of w times the variance of the value
+  Lanes ww, spread;     // of w², and of that times the variance
+};
+
+template <int D> struct Fit {
+  Lanes value;    // at the point, relative to its origin
+  Lanes slope[D]; // from it
+  Lanes error;    // variance of the value, by the rays' noise
+  Lanes residual; // mean square of what the plane leaves over
+  Lanes noise;    // the part of it that the rays' noise explains
+  Lanes share;    // of a point here, of weight 1, in the value
+  Lanes squares;  // about the sum of the squared shares of all points
+};
+
+// A sample that stands for `count` points: v is their mean, scatter the mean square about it. w: their weights' sum.
+template <int D>
+void add(Moments<D> &m, Lanes w, const Lanes (&at)[D], Lanes v, Lanes variance, float count, float scatter) {
+  const Lanes wv = w * v;
+  m.w += w;
+  m.v += wv;
+  m.vv += wv * v + w * scatter;
+  for (int i = 0; i < D; ++i) {
+    const Lanes weighted = w * at[i];
+    m.at[i] += weighted;
+    m.value_at[i] += weighted * v;
+    for (int j = 0; j <= i; ++j) {
+      m.products[i][j] += weighted * at[j];
+    }
+  }
+  m.noise += w * variance;
+  const Lanes ww = w * w * (1.0F / count);
+  m.ww += ww;
+  m.spread += ww * variance;
+}
+
+// A symmetric matrix as L D Lᵀ, in place: D on the diagonal, L below it.
+template <int D> void decompose(Lanes (&a)[D][D]) {
+  for (int j = 0; j < D; ++j) {
+    for (int k = 0; k < j; ++k) {
+      a[j][j] -= a[j][k] * a[j][k] * a[k][k];
+    }
+    a[j][j] = at_least(a[j][j], broadcast(1e-9F));
+    const Lanes inverse = 1.0F / a[j][j];
+    for (int i = j + 1; i < D; ++i) {
+      for (int k = 0; k < j; ++k) {
+        a[i][j] -= a[i][k] * a[j][k] * a[k][k];
+      }
+      a[i][j] *= inverse;
+    }
+  }
+}
+
+template <int D> void solve(const Lanes (&a)[D][D], const Lanes (&right)[D], Lanes (&left)[D]) {
+  for (int i = 0; i < D; ++i) {
+    left[i] = right[i];
+    for (int k = 0; k < i; ++k) {
+      left[i] -= a[i][k] * left[k];
+    }
+  }
+  for (int i = D - 1; i >= 0; --i) {
+    left[i] *= 1.0F / a[i][i];
+    for (int k = i + 1; k < D; ++k) {
+      left[i] -= a[k][i] * left[k];
+    }
+  }
+}
+
+// The noise of the values makes slopes of its own: about the variance of their mean over the spread of the normals. What
+// is likely there, per_slope2 ^ -1/2, decides how much of a slope is believed (a ridge, Hoerl & Kennard 1970).
+// variance_scale: the variances in the moments are in units of this.
+template <int D> Fit<D> fitted(const Moments<D> &m, Lanes variance_scale, float per_slope2) {
+  const Lanes inverse = 1.0F / at_least(m.w, broadcast(1e-20F));
+  const Lanes v = m.v * inverse;
+  const Lanes normal_ridge = m.spread * inverse * inverse * variance_scale * per_slope2 + kNormalRidge;
+  Lanes mean[D];
+  Lanes value_covariance[D]; // with each coordinate
+  Lanes covariance[D][D];
+  Lanes matrix[D][D];
+  for (int i = 0; i < D; ++i) {
+    mean[i] = m.at[i] * inverse;
+    value_covariance[i] = m.value_at[i] * inverse - mean[i] * v;
+    for (int j = 0; j <= i; ++j) {
+      covariance[i][j] = covariance[j][i] = matrix[i][j] = m.products[i][j] * inverse - mean[i] * mean[j];
+    }
+    matrix[i][i] += i < kByPlace ? broadcast(kRidge) : normal_ridge;
+  }
+  decompose(matrix);
+  Fit<D> fit{};
+  Lanes solved_mean[D];
+  solve(matrix, value_covariance, fit.slope);
+  solve(matrix, mean, solved_mean);
+  Lanes leverage = broadcast(1.0F);
+  Lanes residual = m.vv * inverse - v * v;
+  fit.value = v;
+  for (int i = 0; i < D; ++i) {
+    fit.value -= fit.slope[i] * mean[i];
+    leverage += mean[i] * solved_mean[i];
+    Lanes along = -2.0F * value_covariance[i];
+    for (int j = 0; j < D; ++j) {
+      along += covariance[i][j] * fit.slope[j];
+    }
+    residual += fit.slope[i] * along;
+  }
+  const Lanes squared_share = inverse * inverse * leverage;
+  fit.error = m.spread * squared_share;
+  fit.residual = at_least(residual, Lanes{});
+  fit.noise = m.noise * inverse;
+  fit.share = inverse * leverage;
+  fit.squares = m.ww * squared_share;
+  return fit;
+}
+
+} // namespace
+} // namespace ob
