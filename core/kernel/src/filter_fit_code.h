@@ -21,6 +21,7 @@ template <int D> struct Moments {
   Lanes at[D], value_at[D];
   Lanes products[D][D]; // the lower half
   Lanes noise;          // of w times the variance of the value
+  Lanes unit_noise;     // and times what that is at precision 1
   Lanes ww, spread;     // of w², and of that times the variance
 };
 
@@ -34,26 +35,59 @@ template <int D> struct Fit {
   Lanes squares;  // about the sum of the squared shares of all points
 };
 
-// A sample that stands for `count` points: v is their mean, scatter the mean square about it. w: their weights' sum.
-template <int D>
-void add(Moments<D> &m, Lanes w, const Lanes (&at)[D], Lanes v, Lanes variance, float count, float scatter) {
-  const Lanes wv = w * v;
-  m.w += w;
-  m.v += wv;
-  m.vv += wv * v + w * scatter;
-  for (int i = 0; i < D; ++i) {
-    const Lanes weighted = w * at[i];
-    m.at[i] += weighted;
-    m.value_at[i] += weighted * v;
-    for (int j = 0; j <= i; ++j) {
-      m.products[i][j] += weighted * at[j];
+// What one sample brings to the fits of some of the points. v: the mean of its points; scatter: their mean square about
+// it. w: the sum of their weights. variance: of each; unit_noise: at precision 1.
+template <int D> struct Term {
+  Wide w, at[D], v, variance;
+  float unit_noise, scatter, per_count;
+};
+
+// The moments of as many points as a register holds.
+template <int D> struct Sums {
+  Wide w, v, vv, at[D], value_at[D], products[D * (D + 1) / 2], noise, unit_noise, ww, spread;
+
+  // Two at a time: the sums are read and written half as often.
+  OB_INLINE void add(const Term<D> &a, const Term<D> &b) {
+    const Wide value_a = a.w * a.v;
+    const Wide value_b = b.w * b.v;
+    w += a.w + b.w;
+    v += value_a + value_b;
+    vv += (value_a * a.v + a.w * a.scatter) + (value_b * b.v + b.w * b.scatter);
+    for (int i = 0; i < D; ++i) {
+      const Wide at_a = a.w * a.at[i];
+      const Wide at_b = b.w * b.at[i];
+      at[i] += at_a + at_b;
+      value_at[i] += at_a * a.v + at_b * b.v;
+      for (int j = 0; j <= i; ++j) {
+        products[i * (i + 1) / 2 + j] += at_a * a.at[j] + at_b * b.at[j];
+      }
+    }
+    noise += a.w * a.variance + b.w * b.variance;
+    unit_noise += a.w * a.unit_noise + b.w * b.unit_noise;
+    const Wide squared_a = a.w * a.w * a.per_count;
+    const Wide squared_b = b.w * b.w * b.per_count;
+    ww += squared_a + squared_b;
+    spread += squared_a * a.variance + squared_b * b.variance;
+  }
+
+  void add_to(Moments<D> &m, int part) const {
+    const auto sum = [part](Lanes &all, const Wide &own) { set_part(all, part, part_of(all, part) + own); };
+    sum(m.w, w);
+    sum(m.v, v);
+    sum(m.vv, vv);
+    sum(m.noise, noise);
+    sum(m.unit_noise, unit_noise);
+    sum(m.ww, ww);
+    sum(m.spread, spread);
+    for (int i = 0; i < D; ++i) {
+      sum(m.at[i], at[i]);
+      sum(m.value_at[i], value_at[i]);
+      for (int j = 0; j <= i; ++j) {
+        sum(m.products[i][j], products[i * (i + 1) / 2 + j]);
+      }
     }
   }
-  m.noise += w * variance;
-  const Lanes ww = w * w * (1.0F / count);
-  m.ww += ww;
-  m.spread += ww * variance;
-}
+};
 
 // A symmetric matrix as L D Lᵀ, in place: D on the diagonal, L below it.
 template <int D> void decompose(Lanes (&a)[D][D]) {

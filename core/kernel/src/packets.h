@@ -126,21 +126,21 @@ struct Signal {
   Lanes residual_variance; // variance of the map about the first fit
 };
 
-// What a point's neighbours are fitted by: a point, or a quad of four that lie beside one another and are much alike,
-// with the means of all they have.
+// What a point's neighbours are fitted by: one point, or several with the means of all they have.
 struct Sample {
   float position[3], normal[3];
   float shading[3]; // the normal that the texel is shaded by, unlike the mesh's where it has one of its own
   float value, noise, precision, guide, guide_error;
   float scatter; // mean square of what the points' values lie off their mean by more than their guides do
-  float count;   // points; 0: none, or each is asked for itself
+  float count;   // points that have rays; 0: none
 };
 
 constexpr int kQuads = kLanes / 4; // in a cluster: 2 x 2 texels, four lanes in a row
 
-struct Quads {
-  Sample of[kQuads];
-  uint32_t single; // a bit for each lane that is in none of them
+// A cluster as samples: the nearer it is, the more of them it takes.
+struct Samples {
+  Sample quads[kQuads], whole;
+  uint32_t uneven; // a bit for each lane of quads whose points are too different to be taken for one another nearby
 };
 
 // Clusters and, for each, those near it: near[first[i]] to near[first[i + 1] - 1], itself among them.
@@ -162,7 +162,7 @@ struct NormalSlopes {
 // What the filter's passes hand on, of each cluster.
 struct Passes {
   Signal *signals;
-  Quads *quads;
+  Samples *samples;
   NormalSlopes *normal_slopes;
 };
 
@@ -179,11 +179,12 @@ struct PacketCode {
   // Width 1, 4, 8, 16. Adds Embree's cycles where the build counts them.
   void (*trace[4])(const RayBatch &, const TexelGroup &, const Frames &, const LaneMask &active, RayBatchSums &,
                    int64_t &embree_cycles);
-  // The filter's three passes over cluster `index`: the first fills its signal's guide, guide_error, variance and
-  // residual_variance; the second its quads; the third makes of those of all the filtered values and their expected
-  // squared errors.
+  // The filter's passes over cluster `index`, each over all before the next: its signal as samples; its signal's guide,
+  // guide_error, variance and residual_variance; these as samples; the filtered values and their expected squared
+  // errors.
+  void (*gather_values)(const Neighbours &, int64_t index, const Passes &);
   void (*compute_guide)(const Neighbours &, int64_t index, const Passes &);
-  void (*gather_quads)(const Neighbours &, int64_t index, const Passes &);
+  void (*gather_guides)(const Neighbours &, int64_t index, const Passes &);
   void (*filter)(const Neighbours &, int64_t index, const Passes &, Lanes &value, Lanes &error);
 };
 

@@ -5,10 +5,29 @@
 #include "profile.h"
 #include "sobol.h"
 
+// What the inner loops are made of: a call would hand each vector over in memory.
+#define OB_INLINE __attribute__((always_inline)) inline
+
 namespace ob {
 namespace {
 
-Lanes broadcast(float x) { return x - Lanes{}; }
+OB_INLINE Lanes broadcast(float x) { return x - Lanes{}; }
+
+// As many numbers as one register holds: compilers carry longer vectors through memory, piece by piece.
+#if defined(__AVX512F__)
+constexpr int kWide = 16;
+#elif defined(__AVX__)
+constexpr int kWide = 8;
+#else
+constexpr int kWide = 4;
+#endif
+constexpr int kParts = kLanes / kWide;
+using Wide = float __attribute__((vector_size(4 * kWide), aligned(4 * kWide), may_alias));
+
+OB_INLINE Wide part_of(const Lanes &lanes, int part) { return reinterpret_cast<const Wide *>(&lanes)[part]; }
+OB_INLINE void set_part(Lanes &lanes, int part, Wide value) { reinterpret_cast<Wide *>(&lanes)[part] = value; }
+OB_INLINE Wide widened(float x) { return x - Wide{}; }
+OB_INLINE Wide positive(Wide x) { return x > 0.0F ? x : Wide{}; }
 
 Lanes square_root(Lanes x) {
   for (int l = 0; l < kLanes; ++l) {
@@ -17,14 +36,14 @@ Lanes square_root(Lanes x) {
   return x;
 }
 
-Lanes dot(const Lanes3 &a, const Lanes3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-Lanes3 operator*(const Lanes3 &a, Lanes s) { return {a.x * s, a.y * s, a.z * s}; }
-Lanes3 operator+(const Lanes3 &a, const Lanes3 &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-Lanes3 operator-(const Lanes3 &a, const Lanes3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-Lanes3 broadcast3(const float *v) { return {broadcast(v[0]), broadcast(v[1]), broadcast(v[2])}; }
+OB_INLINE Lanes dot(const Lanes3 &a, const Lanes3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+OB_INLINE Lanes3 operator*(const Lanes3 &a, Lanes s) { return {a.x * s, a.y * s, a.z * s}; }
+OB_INLINE Lanes3 operator+(const Lanes3 &a, const Lanes3 &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+OB_INLINE Lanes3 operator-(const Lanes3 &a, const Lanes3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+OB_INLINE Lanes3 broadcast3(const float *v) { return {broadcast(v[0]), broadcast(v[1]), broadcast(v[2])}; }
 
-Lanes at_most(Lanes x, Lanes bound) { return x < bound ? x : bound; }
-Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
+OB_INLINE Lanes at_most(Lanes x, Lanes bound) { return x < bound ? x : bound; }
+OB_INLINE Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 
 Lanes to_unit_lanes(LaneBits bits) { return __builtin_convertvector(bits >> 8, Lanes) * 0x1p-24F; }
 
@@ -374,7 +393,7 @@ void trace(const RayBatch &batch, const TexelGroup &group, const Frames &frames,
 } // namespace ob
 
 #include "filter_fit_code.h"
-#include "filter_quads_code.h"
+#include "filter_samples_code.h"
 #include "surface_filter_code.h"
 
 namespace ob {
@@ -382,7 +401,7 @@ namespace {
 
 constexpr PacketCode kCode = {
     spread_points, interpolate, build_frames, build_tangent_frames, {trace<1>, trace<4>, trace<8>, trace<16>},
-    compute_guide, gather_quads, filter};
+    gather_values, compute_guide, gather_guides, filter};
 
 } // namespace
 } // namespace ob

@@ -520,7 +520,7 @@ class Application {
 public:
   Application(const ob_filter &filter, const ob_signal &images, ob_control *control)
       : filter_(filter), images_(images), control_(control), signals_(filter.clusters.size()),
-        shares_(filter.clusters.size()), quads_(images.plain != 0 ? 0 : filter.clusters.size()),
+        shares_(filter.clusters.size()), samples_(filter.clusters.size()),
         slopes_(filter.clusters.size()), neighbours_{filter.clusters.data(),
                                                      filter.first.data(),
                                                      filter.near.data(),
@@ -529,14 +529,17 @@ public:
                                                                                   : filter.texel_normals.data(),
                                                      images.sharpness,
                                                      1.0F / (images.slope * images.slope)},
-        passes_{signals_.data(), quads_.data(), slopes_.data()} {}
+        passes_{signals_.data(), samples_.data(), slopes_.data()} {}
 
   void run() {
     begin(control_, (images_.plain != 0 ? 3 : 4) * pieces());
-    for_all([&](int64_t i) { read(static_cast<size_t>(i)); });
+    for_all([&](int64_t i) {
+      read(static_cast<size_t>(i));
+      code_.gather_values(neighbours_, i, passes_);
+    });
     for_all([&](int64_t i) { code_.compute_guide(neighbours_, i, passes_); });
     if (images_.plain == 0) {
-      for_all([&](int64_t i) { code_.gather_quads(neighbours_, i, passes_); });
+      for_all([&](int64_t i) { code_.gather_guides(neighbours_, i, passes_); });
     }
     for_all([&](int64_t i) { write(i); });
   }
@@ -585,7 +588,7 @@ private:
   const PacketCode &code_ = choose_code(kLanes);
   std::vector<Signal> signals_;
   std::vector<Lanes> shares_;
-  std::vector<Quads> quads_;
+  std::vector<Samples> samples_;
   std::vector<NormalSlopes> slopes_;
   Neighbours neighbours_;
   Passes passes_;

@@ -19,56 +19,74 @@ constexpr float kFlatness = 1.0F;         // squared distance from the tangent p
 constexpr float kDetailThreshold = 6.0F;
 constexpr float kLikelyDetailThreshold = 2.0F; // and above so many times it makes the error that is expected larger
 
-// Nearly exp(-x), and 0 from 8 on.
-Lanes falloff(Lanes x) {
-  const Lanes t = at_least(1.0F - x * 0.125F, Lanes{});
-  const Lanes t2 = t * t;
-  const Lanes t4 = t2 * t2;
-  return t4 * t4;
-}
-
-// The points of a cluster with their tangent frames, and where their neighbours lie in these.
+// The points of a cluster with their tangent frames, and those of their shading normals.
 struct ClusterFrame {
-  Lanes3 position, normal, tangent, bitangent;
+  Lanes3 normal, tangent, bitangent;
   Lanes3 shading, shading_tangent, shading_bitangent;
-  Lanes per_spacing;
-  float per_spacing2, sharpness;
 
   ClusterFrame(const Neighbours &neighbours, int64_t index)
-      : position(neighbours.clusters[index].position), normal(neighbours.clusters[index].normal),
-        shading(shading_normals(neighbours, index)), per_spacing(broadcast(1.0F / neighbours.clusters[index].spacing)),
-        per_spacing2(per_spacing[0] * per_spacing[0]), sharpness(neighbours.sharpness) {
+      : normal(neighbours.clusters[index].normal), shading(shading_normals(neighbours, index)) {
     frame_about(normal, tangent, bitangent);
     frame_about(shading, shading_tangent, shading_bitangent);
   }
+};
 
-  // A sample, seen from each of our points: its place in the tangent plane, and its `distance` off the plane and in its
-  // normal, to which others may be added before the falloff.
-  void locate(const Sample &sample, Lanes &x, Lanes &y, Lanes &distance) const {
-    const Lanes3 d{sample.position[0] - position.x, sample.position[1] - position.y, sample.position[2] - position.z};
-    const Lanes3 n = broadcast3(sample.normal);
-    x = dot(d, tangent) * per_spacing;
-    y = dot(d, bitangent) * per_spacing;
-    const Lanes off = dot(d, normal);
-    const Lanes off_other = dot(d, n);
-    distance = (off * off + off_other * off_other) * (kFlatness * per_spacing2) +
-               sharpness * at_least(1.0F - dot(normal, n), Lanes{});
-  }
+struct Wide3 {
+  Wide x, y, z;
+};
 
-  // How its shading normal is turned against ours.
-  void turn(const Sample &sample, Lanes &x, Lanes &y) const {
-    const Lanes3 d{sample.shading[0] - shading.x, sample.shading[1] - shading.y, sample.shading[2] - shading.z};
-    x = dot(d, shading_tangent);
-    y = dot(d, shading_bitangent);
+OB_INLINE Wide3 part_of(const Lanes3 &lanes, int part) {
+  return {part_of(lanes.x, part), part_of(lanes.y, part), part_of(lanes.z, part)};
+}
+
+OB_INLINE Wide dot(const Wide3 &a, const Wide3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+// Nearly exp(-x), and 0 from 8 on.
+OB_INLINE Wide falloff(Wide x) {
+  const Wide t = positive(1.0F - x * 0.125F);
+  const Wide t2 = t * t;
+  const Wide t4 = t2 * t2;
+  return t4 * t4;
+}
+
+// A part of a cluster's points, and where samples lie in their tangent frames.
+template <int D> struct PartFrame {
+  Wide3 position, normal, tangent, bitangent;
+  Wide3 shading, shading_tangent, shading_bitangent;
+  float per_spacing, flatness, sharpness, per_radius2;
+
+  PartFrame(const Neighbours &neighbours, int64_t index, const ClusterFrame &frame, int part, float radius)
+      : position(part_of(neighbours.clusters[index].position, part)), normal(part_of(frame.normal, part)),
+        tangent(part_of(frame.tangent, part)), bitangent(part_of(frame.bitangent, part)),
+        shading(part_of(frame.shading, part)), shading_tangent(part_of(frame.shading_tangent, part)),
+        shading_bitangent(part_of(frame.shading_bitangent, part)),
+        per_spacing(1.0F / neighbours.clusters[index].spacing), flatness(kFlatness * per_spacing * per_spacing),
+        sharpness(neighbours.sharpness), per_radius2(1.0F / (radius * radius)) {}
+
+  // Fills in what the sample is fitted by: its place in the tangent plane, in spacings, and how its shading normal is
+  // turned. Returns how far it is `inside` the radius, 1 in the middle and 0 outside, and sets its `distance` off the
+  // plane and in its normal, to which others may be added before the falloff.
+  OB_INLINE Wide locate(const Sample &sample, Term<D> &term, Wide &distance) const {
+    const Wide3 d{sample.position[0] - position.x, sample.position[1] - position.y, sample.position[2] - position.z};
+    const Wide3 n{widened(sample.normal[0]), widened(sample.normal[1]), widened(sample.normal[2])};
+    term.at[0] = dot(d, tangent) * per_spacing;
+    term.at[1] = dot(d, bitangent) * per_spacing;
+    const Wide off = dot(d, normal);
+    const Wide off_other = dot(d, n);
+    distance = (off * off + off_other * off_other) * flatness + sharpness * positive(1.0F - dot(normal, n));
+    if constexpr (D == kByNormal) {
+      const Wide3 turn{sample.shading[0] - shading.x, sample.shading[1] - shading.y, sample.shading[2] - shading.z};
+      term.at[2] = dot(turn, shading_tangent);
+      term.at[3] = dot(turn, shading_bitangent);
+    }
+    term.unit_noise = sample.noise;
+    term.scatter = sample.scatter;
+    term.per_count = 1.0F / (sample.count > 1.0F ? sample.count : 1.0F);
+    return positive(1.0F - (term.at[0] * term.at[0] + term.at[1] * term.at[1]) * per_radius2);
   }
 };
 
-float squared(float x, float y, float z) { return x * x + y * y + z * z; }
-
-bool out_of_reach(const Cluster &a, const Cluster &b, float radius) {
-  const float reach = a.radius + b.radius + radius * a.spacing;
-  return squared(a.centre[0] - b.centre[0], a.centre[1] - b.centre[1], a.centre[2] - b.centre[2]) > reach * reach;
-}
+float square(float x) { return x * x; }
 
 // A bit for each point of `other` that has rays and that some point of the cluster may reach.
 uint32_t within_reach(const Cluster &cluster, const Cluster &other, const Lanes &precision, float radius) {
@@ -112,72 +130,114 @@ Lanes own_variance(const Signal &own, Lanes variance, LaneMask sampled) {
 }
 
 // Of a value of this variance, where values scatter about the plane besides.
-Lanes relative_precision(const Signal &own, Lanes variance) {
+OB_INLINE Lanes relative_precision(const Signal &own, Lanes variance) {
   return (own.variance + own.residual_variance + 1e-9F) / (variance + own.residual_variance + 1e-9F);
 }
 
-// Every sample near a cluster, and what it is from there: visit(sample, at, distance), as `ClusterFrame::locate` gives
-// them. quads: those of all clusters, taken where they may be but for the cluster's own; NULL: point by point.
-template <int D, typename Visit>
-void for_each_neighbour(const Neighbours &neighbours, int64_t index, const Signal *signals, const Quads *quads,
-                        float radius, Visit visit) {
+// Clusters beside one another are asked by quads, and by points where those are uneven; those farther away by quads; and
+// those that lie so many spacings apart as a whole.
+constexpr float kBeside = 1.5F;
+constexpr float kFarApart = 3.5F;
+
+// Samples that wait to be fitted, an even number of them at a time.
+constexpr int kBatch = 64;
+
+// Every sample near a cluster: take(samples, count), count being even: one of no points may be added.
+template <typename Take>
+void for_each_batch(const Neighbours &neighbours, int64_t index, const Passes &passes, float radius, Take take) {
   const Cluster &cluster = neighbours.clusters[index];
-  const ClusterFrame frame(neighbours, index);
-  const auto look_at = [&](const Sample &sample) {
-    Lanes at[D];
-    Lanes distance;
-    frame.locate(sample, at[0], at[1], distance);
-    if constexpr (D == kByNormal) {
-      frame.turn(sample, at[2], at[3]);
+  Sample batch[kBatch];
+  int count = 0;
+  const auto next = [&]() -> Sample & {
+    if (count == kBatch) {
+      take(batch, count);
+      count = 0;
     }
-    visit(sample, at, distance);
+    return batch[count++];
+  };
+  const auto take_points = [&](int32_t near, uint32_t bits) {
+    bits &= within_reach(cluster, neighbours.clusters[near], passes.signals[near].precision, radius);
+    for (; bits != 0; bits &= bits - 1) {
+      read_sample(neighbours, near, passes.signals[near], __builtin_ctz(bits), next());
+    }
   };
   const float reach = cluster.radius + radius * cluster.spacing;
   for (int64_t k = neighbours.first[index]; k < neighbours.first[index + 1]; ++k) {
     const int32_t near = neighbours.near[k];
     const Cluster &other = neighbours.clusters[near];
-    if (out_of_reach(cluster, other, radius)) {
-      continue;
-    }
-    const bool joined = quads != nullptr && near != index;
-    for (int quad = 0; joined && quad < kQuads; ++quad) {
-      const Sample &sample = quads[near].of[quad];
-      if (sample.count > 0.0F && difference2(sample.position, cluster.centre) <= reach * reach) {
-        look_at(sample);
+    const Samples &samples = passes.samples[near];
+    const float away2 = difference2(cluster.centre, other.centre);
+    if (near == index) {
+      take_points(near, ~0U);
+    } else if (away2 > square(cluster.radius + other.radius + kFarApart * cluster.spacing)) {
+      if (samples.whole.count > 0.0F && away2 <= square(reach + other.radius)) {
+        next() = samples.whole;
+      }
+    } else {
+      const bool beside = away2 <= square(cluster.radius + other.radius + kBeside * cluster.spacing);
+      const uint32_t points = beside ? samples.uneven : 0;
+      for (int quad = 0; quad < kQuads; ++quad) {
+        const Sample &sample = samples.quads[quad];
+        if (sample.count > 0.0F && (points >> (4 * quad) & 1U) == 0 &&
+            difference2(sample.position, cluster.centre) <= reach * reach) {
+          next() = sample;
+        }
+      }
+      if (points != 0) {
+        take_points(near, points);
       }
     }
-    uint32_t bits = joined ? quads[near].single : ~0U;
-    if (bits != 0) {
-      bits &= within_reach(cluster, other, signals[near].precision, radius);
-    }
-    for (; bits != 0; bits &= bits - 1) {
-      Sample sample;
-      read_sample(neighbours, near, signals[near], __builtin_ctz(bits), sample);
-      look_at(sample);
-    }
   }
+  if (count % 2 != 0) { // it stands where the last one does, and has no weight
+    Sample &none = next();
+    none = batch[count - 2];
+    none.count = 0.0F;
+  }
+  take(batch, count);
 }
 
-// How far `inside` a radius a place is: 1 in the middle, 0 outside.
-template <int D> Lanes inside(const Lanes (&at)[D], Lanes per_radius2) {
-  return at_least(1.0F - (at[0] * at[0] + at[1] * at[1]) * per_radius2, Lanes{});
+// The moments of a cluster's fits over all samples near it. terms_of(part): what makes of a sample its term, for a part of
+// the points.
+template <int D, typename TermsOf>
+Moments<D> moments_of(const Neighbours &neighbours, int64_t index, const Passes &passes, float radius,
+                      TermsOf terms_of) {
+  Moments<D> m{};
+  for_each_batch(neighbours, index, passes, radius, [&](const Sample *samples, int count) {
+    for (int part = 0; part < kParts; ++part) {
+      auto term_of = terms_of(part);
+      Sums<D> sums{};
+      for (int i = 0; i < count; i += 2) {
+        sums.add(term_of(samples[i]), term_of(samples[i + 1]));
+      }
+      sums.add_to(m, part);
+    }
+  });
+  return m;
 }
+
+template <int D> struct GuideTerms {
+  PartFrame<D> frame;
+  Wide own_value;
+
+  OB_INLINE Term<D> operator()(const Sample &sample) const {
+    Term<D> term;
+    Wide distance;
+    const Wide inside = frame.locate(sample, term, distance);
+    term.w = inside * falloff(distance) * sample.count;
+    term.v = sample.value - own_value;
+    term.variance = widened(1.0F / sample.precision); // in units of the noise
+    return term;
+  }
+};
 
 template <int D> void compute_guide_by(const Neighbours &neighbours, int64_t index, const Passes &passes) {
   Signal &own = passes.signals[index];
-  Moments<D> m{};
-  Lanes noise{};
-  const Lanes per_radius2 = broadcast(1.0F / (kGuideRadius * kGuideRadius));
-  const Signal *signals = passes.signals;
-  for_each_neighbour<D>(neighbours, index, signals, nullptr, kGuideRadius,
-                        [&](const Sample &sample, const Lanes(&at)[D], const Lanes &distance) {
-                          const Lanes w = inside(at, per_radius2) * falloff(distance);
-                          // In units of the noise.
-                          add(m, w, at, sample.value - own.value, broadcast(1.0F / sample.precision), 1.0F, 0.0F);
-                          noise += w * sample.noise;
-                        });
+  const ClusterFrame frame(neighbours, index);
+  const Moments<D> m = moments_of<D>(neighbours, index, passes, kGuideRadius, [&](int part) {
+    return GuideTerms<D>{{neighbours, index, frame, part, kGuideRadius}, part_of(own.value, part)};
+  });
   const LaneMask sampled = own.precision > 0.0F;
-  own.variance = noise / at_least(m.w, broadcast(1e-20F));
+  own.variance = m.unit_noise / at_least(m.w, broadcast(1e-20F));
   const Fit<D> fit = fitted(m, own.variance, neighbours.per_slope2);
   own.residual_variance = at_least(fit.residual - kDetailThreshold * fit.noise * own.variance, Lanes{});
   const Shrinkage shrinkage = shrinkage_of(fit, broadcast(1.0F), own_variance(own, own.variance, sampled), own.variance,
@@ -189,34 +249,54 @@ template <int D> void compute_guide_by(const Neighbours &neighbours, int64_t ind
   }
 }
 
+template <int D> struct FilterTerms {
+  PartFrame<D> frame;
+  Wide guide, slope[2], least_allowed, noise, residual;
+  float known = 0.0F;
+  Wide variance{}, precision{};
+
+  FilterTerms(const PartFrame<D> &about, const Signal &own, const NormalSlopes &slopes, int part)
+      : frame(about), guide(part_of(own.guide, part)), slope{part_of(slopes.along[0], part),
+                                                             part_of(slopes.along[1], part)},
+        least_allowed(kTolerance * (part_of(own.guide_error, part) + kLeastVariance)),
+        noise(part_of(own.variance, part)), residual(part_of(own.residual_variance, part) + 1e-9F) {}
+
+  OB_INLINE Term<D> operator()(const Sample &sample) {
+    Term<D> term;
+    Wide distance;
+    const Wide inside = frame.locate(sample, term, distance);
+    Wide difference = sample.guide - guide;
+    if constexpr (D == kByNormal) { // but for what the normals explain
+      difference -= slope[0] * term.at[2] + slope[1] * term.at[3];
+    }
+    const Wide allowed = least_allowed + kTolerance * sample.guide_error;
+    // The noise of the values is taken as it is here: weights by their own would prefer those where it happens to be
+    // small, and these are the open ones.
+    if (sample.precision != known) { // neighbours mostly have had as many rays
+      known = sample.precision;
+      variance = noise * (1.0F / known);
+      precision = (noise + residual) / (variance + residual);
+    }
+    term.w = inside * falloff(distance + difference * difference / allowed) * (precision * sample.count);
+    term.v = sample.value - guide;
+    term.variance = variance;
+    return term;
+  }
+};
+
 template <int D>
 void filter_by(const Neighbours &neighbours, int64_t index, const Passes &passes, Lanes &value, Lanes &error) {
   const Signal &own = passes.signals[index];
-  const Lanes(&slope)[2] = passes.normal_slopes[index].along;
-  Moments<D> m{};
-  const Lanes radius = broadcast(kFilterRadius);
-  const Lanes per_radius2 = 1.0F / (radius * radius);
-  for_each_neighbour<D>(
-      neighbours, index, passes.signals, passes.quads, kFilterRadius,
-      [&](const Sample &sample, const Lanes(&at)[D], const Lanes &distance) {
-        Lanes difference = sample.guide - own.guide;
-        if constexpr (D == kByNormal) { // but for what the normals explain
-          difference -= slope[0] * at[2] + slope[1] * at[3];
-        }
-        const Lanes allowed = kTolerance * (own.guide_error + (sample.guide_error + kLeastVariance));
-        // The noise of the values is taken as it is here: weights by their own would prefer those where it
-        // happens to be small, and these are the open ones.
-        const Lanes variance = own.variance * (1.0F / sample.precision);
-        const Lanes precision = relative_precision(own, variance) * sample.count;
-        const Lanes w = inside(at, per_radius2) * falloff(distance + difference * difference / allowed) * precision;
-        add(m, w, at, sample.value - own.guide, variance, sample.count, sample.scatter);
-      });
+  const ClusterFrame frame(neighbours, index);
+  const Moments<D> m = moments_of<D>(neighbours, index, passes, kFilterRadius, [&](int part) {
+    return FilterTerms<D>{{neighbours, index, frame, part, kFilterRadius}, own, passes.normal_slopes[index], part};
+  });
   const LaneMask sampled = own.precision > 0.0F;
   const LaneMask isolated = m.w <= 0.0F;
   const Fit<D> fit = fitted(m, broadcast(1.0F), neighbours.per_slope2);
-  const Lanes variance = own_variance(own, own.variance, sampled);
+  const Lanes spread = own_variance(own, own.variance, sampled);
   const Shrinkage shrinkage =
-      shrinkage_of(fit, relative_precision(own, variance), variance, broadcast(1.0F), kLikelyDetailThreshold, sampled);
+      shrinkage_of(fit, relative_precision(own, spread), spread, broadcast(1.0F), kLikelyDetailThreshold, sampled);
   value = (own.guide + fit.value) * (1.0F - shrinkage.share) + own.value * shrinkage.share;
   error = shrinkage.error;
   value = isolated ? own.guide : value;
