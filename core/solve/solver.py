@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Flags, Floats, Ints
 from ..base.errors import InputError
+from ..rays.accumulators import Accumulator
+from ..rays.map_spec import Axis
 from . import probes
 from .probes import Error, Probes
 from .ray_source import RaySource
@@ -182,7 +184,8 @@ class AdaptiveSampler:
 
     def more(self) -> list[Floats]:
         """The other rows, which had the same rays."""
-        return [self._filtered(each)[0] for each in self._more]
+        shares = self._source.spec.accumulator is not Accumulator.BENT  # whose other rows are directions
+        return [self._filtered(each, shares=shares)[0] for each in self._more]
 
     def _add(self, total: Floats, first: Floats, rays: int, where: Flags) -> None:
         for estimate, *row in zip((self._estimate, *self._more), total, first, strict=True):
@@ -219,14 +222,16 @@ class AdaptiveSampler:
         self.values, self.expected = self._filtered(self._estimate)
         self._source.show(self.values)
 
-    def _filtered(self, estimate: RunningEstimate) -> tuple[Floats, Floats]:
-        surface_filter = self._source.filter
+    def _filtered(self, estimate: RunningEstimate, *, shares: bool = True) -> tuple[Floats, Floats]:
+        """shares: whether the values are shares of the map's lobe."""
+        surface_filter, spec = self._source.filter, self._source.spec
         control = self._source.enter("filtering")
         values, expected = surface_filter.filter(
             estimate.value,
             estimate.noise,
             estimate.precision,
-            self._source.spec.exponent,
+            spec.exponent,
+            about_normal=shares and spec.axis is Axis.NORMAL,
             plain=not self._goal.filters,
             control=control,
         )

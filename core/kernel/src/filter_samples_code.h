@@ -13,7 +13,7 @@ constexpr float kEvenValues = 3.0F;
 constexpr float kEvenGuides = 0.1F;
 constexpr float kEvenNormals = 0.3F;
 constexpr float kEvenPlaces = 2.0F;
-constexpr float kTolerance = 3.5F * 3.5F; // squared difference of guides, in their variances, at which weights are 1/e
+constexpr float kTolerance = 7.5F;        // squared difference of guides, in their variances, at which weights are 1/e
 constexpr float kLeastVariance = 1e-7F;   // of the difference of two guides
 
 void copy_lane(const Lanes3 &from, int lane, float *to) {

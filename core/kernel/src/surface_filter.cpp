@@ -189,7 +189,7 @@ bool within(const Cluster &cluster, const ob_slab &slab, float halo) {
 struct Row {
   std::vector<Cluster> clusters;
   std::vector<Lanes3> texel_normals;
-  std::vector<Lanes> horizon_cosines;
+  std::vector<LanesOf> horizon_cosines;
 };
 
 void cluster_row(const ob_surface &surface, const ob_slab &slab, int32_t tile_y, const PacketCode &code, Row &row) {
@@ -205,7 +205,7 @@ void cluster_row(const ob_surface &surface, const ob_slab &slab, int32_t tile_y,
         while (take_cluster(surface, points, cluster, shading)) {
           if (within(cluster, slab, kHalo)) {
             row.clusters.push_back(cluster);
-            row.horizon_cosines.push_back(shading.horizon_cosine);
+            row.horizon_cosines.push_back({shading.horizon_cosine});
             if (surface.texel_normals != nullptr) {
               row.texel_normals.push_back(shading.normal);
             }
@@ -236,7 +236,7 @@ void find_clusters(const ob_surface &surface, int32_t threads, ob_control *contr
   const int32_t high = (surface.height + kTile - 1) / kTile;
   std::vector<std::vector<Cluster>> clusters(static_cast<size_t>(high));
   std::vector<std::vector<Lanes3>> texel_normals(static_cast<size_t>(high));
-  std::vector<std::vector<Lanes>> horizon_cosines(static_cast<size_t>(high));
+  std::vector<std::vector<LanesOf>> horizon_cosines(static_cast<size_t>(high));
   begin(control, high);
   run_parallel(thread_count(threads), high, [&](auto next) {
     for (int64_t i = next(); i >= 0 && !cancelled(control); i = next()) {
@@ -467,9 +467,6 @@ int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, o
 
 // The share of a lobe above its texel's own triangle, from a table.
 Lanes open_shares(const ob_signal &images, const Lanes &cosines) {
-  if (images.open_shares == nullptr || images.plain != 0) {
-    return Lanes{} + 1.0F;
-  }
   Lanes shares;
   const int last = images.open_share_count - 1;
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -479,6 +476,48 @@ Lanes open_shares(const ob_signal &images, const Lanes &cosines) {
     shares[lane] = images.open_shares[step] * (1.0F - past) + images.open_shares[step + 1] * past;
   }
   return shares;
+}
+
+// How a cluster's values v follow their open shares c, of which they may be parts: v = u (1 + part (c - 1)). Where a mesh
+// is closed, what is below the plane of a triangle is inside it, and part is 1; below a sheet it may be open, and 0.
+struct Following {
+  float product = 0.0F; // of v's and c's departures from their means, times v's mean
+  float square = 0.0F;  // of c's departures, times v's mean
+  float noise = 0.0F;   // variance of the values, summed
+  float count = 0.0F;
+};
+
+Following following_of(const Signal &signal, const Lanes &shares) {
+  Following found;
+  float v = 0.0F;
+  float c = 0.0F;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (signal.precision[lane] > 0.0F) {
+      found.count += 1.0F;
+      v += signal.value[lane];
+      c += shares[lane];
+    }
+  }
+  const float per_count = 1.0F / std::max(found.count, 1.0F);
+  v *= per_count;
+  c *= per_count;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (signal.precision[lane] > 0.0F) {
+      found.product += v * (signal.value[lane] - v) * (shares[lane] - c);
+      found.square += v * v * (shares[lane] - c) * (shares[lane] - c);
+      found.noise += signal.noise[lane] / signal.precision[lane];
+    }
+  }
+  return found;
+}
+
+constexpr float kLikelyPart = 1.0F;      // before anything is known: most meshes are closed
+constexpr float kPartDoubt = 0.5F * 0.5F; // the square of how far off that may be
+
+// Over clusters near one another.
+float part_of(const Following &sum) {
+  const float doubt = sum.noise / std::max(sum.count, 1.0F) / kPartDoubt + 1e-9F;
+  return std::clamp((sum.product + kLikelyPart * doubt) / (sum.square + doubt), 0.0F, 1.0F);
 }
 
 Signal read_signal(const Cluster &cluster, const ob_signal &images) {
@@ -503,14 +542,12 @@ void keep_unfiltered(const Signal &signal, Lanes &value, Lanes &error) {
   }
 }
 
-// share: what the values are parts of.
-void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error, const Lanes &share,
-                  const ob_signal &images) {
+void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error, const ob_signal &images) {
   for (int lane = 0; lane < kLanes; ++lane) {
     if (cluster.active[lane] != 0) {
-      const float whole = value[lane] * share[lane];
-      images.filtered[cluster.texel[lane]] = images.plain != 0 ? whole : std::clamp(whole, 0.0F, 1.0F);
-      images.error[cluster.texel[lane]] = error[lane] * share[lane] * share[lane];
+      const float kept = images.plain != 0 ? value[lane] : std::clamp(value[lane], 0.0F, 1.0F);
+      images.filtered[cluster.texel[lane]] = kept;
+      images.error[cluster.texel[lane]] = error[lane];
     }
   }
 }
@@ -519,8 +556,7 @@ void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error
 class Application {
 public:
   Application(const ob_filter &filter, const ob_signal &images, ob_control *control)
-      : filter_(filter), images_(images), control_(control), signals_(filter.clusters.size()),
-        shares_(filter.clusters.size()), samples_(filter.clusters.size()),
+      : filter_(filter), images_(images), control_(control), signals_(filter.clusters.size()), samples_(filter.clusters.size()),
         slopes_(filter.clusters.size()), neighbours_{filter.clusters.data(),
                                                      filter.first.data(),
                                                      filter.near.data(),
@@ -532,54 +568,76 @@ public:
         passes_{signals_.data(), samples_.data(), slopes_.data()} {}
 
   void run() {
-    begin(control_, (images_.plain != 0 ? 3 : 4) * pieces());
-    for_all([&](int64_t i) {
-      read(static_cast<size_t>(i));
-      code_.gather_values(neighbours_, i, passes_);
-    });
-    for_all([&](int64_t i) { code_.compute_guide(neighbours_, i, passes_); });
-    if (images_.plain == 0) {
-      for_all([&](int64_t i) { code_.gather_guides(neighbours_, i, passes_); });
+    const bool filters = images_.plain == 0;
+    in_parts_ = filters && images_.open_shares != nullptr;
+    begin(control_, (filters ? 5 : 3) * pieces());
+    for_all([&](size_t i) { signals_[i] = read_signal(filter_.clusters[i], images_); });
+    if (in_parts_) {
+      find_shares();
     }
-    for_all([&](int64_t i) { write(i); });
+    for_all([&](size_t i) { code_.gather_values(neighbours_, static_cast<int64_t>(i), passes_); });
+    for_all([&](size_t i) { code_.compute_guide(neighbours_, static_cast<int64_t>(i), passes_); });
+    if (filters) {
+      for_all([&](size_t i) { code_.gather_guides(neighbours_, static_cast<int64_t>(i), passes_); });
+    }
+    for_all([&](size_t i) { write(i); });
   }
 
 private:
   int64_t count() const { return static_cast<int64_t>(filter_.clusters.size()); }
   int64_t pieces() const { return (count() + kStretch - 1) / kStretch; }
 
-  template <typename Body> void for_all(Body body) {
+  template <typename Body> void for_all(const Body &body) {
     run_parallel(thread_count(images_.threads), pieces(), [&](auto next) {
       for (int64_t piece = next(); piece >= 0 && !cancelled(control_); piece = next()) {
         for (int64_t i = piece * kStretch; i < std::min(count(), (piece + 1) * kStretch); ++i) {
-          body(i);
+          body(static_cast<size_t>(i));
         }
         advance(control_, 1);
       }
     });
   }
 
-  void read(size_t i) {
-    signals_[i] = read_signal(filter_.clusters[i], images_);
-    shares_[i] = open_shares(images_, filter_.horizon_cosines[i]);
-    signals_[i].value /= shares_[i];
-    signals_[i].noise /= shares_[i] * shares_[i];
+  // What values are parts of, and the values in parts of it.
+  void find_shares() {
+    shares_.resize(signals_.size());
+    std::vector<Following> following(signals_.size());
+    for_all([&](size_t i) {
+      shares_[i].of = open_shares(images_, filter_.horizon_cosines[i].of);
+      following[i] = following_of(signals_[i], shares_[i].of);
+    });
+    for_all([&](size_t i) {
+      Following sum;
+      for (int64_t k = filter_.first[i]; k < filter_.first[i + 1]; ++k) {
+        const Following &near = following[static_cast<size_t>(filter_.near[static_cast<size_t>(k)])];
+        sum.product += near.product;
+        sum.square += near.square;
+        sum.noise += near.noise;
+        sum.count += near.count;
+      }
+      shares_[i].of = 1.0F + part_of(sum) * (shares_[i].of - 1.0F);
+      signals_[i].value /= shares_[i].of;
+      signals_[i].noise /= shares_[i].of * shares_[i].of;
+    });
   }
 
-  void write(int64_t i) {
-    const auto at = static_cast<size_t>(i);
-    const Cluster &cluster = filter_.clusters[at];
+  void write(size_t i) {
+    const Cluster &cluster = filter_.clusters[i];
     if (!within(cluster, filter_.slab, 0.0F)) {
       return;
     }
     Lanes value{};
     Lanes error{};
     if (images_.plain != 0) {
-      keep_unfiltered(signals_[at], value, error);
+      keep_unfiltered(signals_[i], value, error);
     } else {
-      code_.filter(neighbours_, i, passes_, value, error);
+      code_.filter(neighbours_, static_cast<int64_t>(i), passes_, value, error);
     }
-    write_result(cluster, value, error, shares_[at], images_);
+    if (in_parts_) {
+      value *= shares_[i].of;
+      error *= shares_[i].of * shares_[i].of;
+    }
+    write_result(cluster, value, error, images_);
   }
 
   const ob_filter &filter_;
@@ -587,7 +645,8 @@ private:
   ob_control *control_;
   const PacketCode &code_ = choose_code(kLanes);
   std::vector<Signal> signals_;
-  std::vector<Lanes> shares_;
+  bool in_parts_ = false;
+  std::vector<LanesOf> shares_; // what values are parts of, where they are
   std::vector<Samples> samples_;
   std::vector<NormalSlopes> slopes_;
   Neighbours neighbours_;

@@ -6,6 +6,15 @@
 #include "occlusion_kernel.h"
 #include "packets.h"
 
+namespace ob {
+
+// A vector's attributes are lost where it is a template's argument.
+struct LanesOf {
+  Lanes of;
+};
+
+} // namespace ob
+
 struct ob_filter {
   ob_slab slab; // clusters in it are filtered, the others looked at
   std::vector<ob::Cluster> clusters;
@@ -13,5 +22,5 @@ struct ob_filter {
   std::vector<int32_t> near;
   std::vector<uint8_t> flat;                 // of each: it and those near it have one normal
   std::vector<ob::Lanes3> texel_normals;     // of each, the texels' own normals, where they have any
-  std::vector<ob::Lanes> horizon_cosines;    // of each, between the texels' shading normals and their triangles
+  std::vector<ob::LanesOf> horizon_cosines;   // of each, between the texels' shading normals and their triangles
 };
