@@ -22,7 +22,7 @@ from ..spherical.lobe import open_horizon
 # 24 degrees. A narrow lobe turns with the normal, and sees more change. Measured on meshes made by script (bodies,
 # facets, rocks, bevels, cloth, tubes), at 4 to 256 rays and exponents 1, 10 and 100.
 _SHARPNESS, _SLOPE = 12.0, 0.3  # of exponent 1
-_SHARPNESS_POWER, _SLOPE_POWER = 0.5, 1.0 / 3.0  # of the exponent, how both grow with it
+_SHARPNESS_POWER, _SLOPE_POWER = 0.7, 0.25  # of the exponent, how both grow with it
 _SHARPEST = 1e6  # beyond it float32 no longer tells normals apart
 _OPEN_SHARES = 1025  # in the table of what is open above a texel's own triangle: 5e-5 off at most at exponent 100
 
