@@ -26,8 +26,8 @@ _SHARPNESS_POWER, _SLOPE_POWER = 0.7, 0.25  # of the exponent, how both grow wit
 _SHARPEST = 1e6  # beyond it float32 no longer tells normals apart
 _OPEN_SHARES = 1025  # in the table of what is open above a texel's own triangle: 5e-5 off at most at exponent 100
 
-# Texels of one part: some 0.6 GB. A larger image is filtered slab by slab, each with what it looks at beyond.
-MOST_TEXELS = 1 << 23
+# Texels of one part: some 0.7 GB. A larger image is filtered slab by slab, each with what it looks at beyond.
+MOST_TEXELS = 6 << 20
 _SAMPLED = 16  # one row and column in so many tells where the texels lie
 
 

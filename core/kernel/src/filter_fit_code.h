@@ -6,7 +6,7 @@
 namespace ob {
 namespace {
 
-constexpr float kRidge = 0.3F;         // added to the spread of the places: a plane is not tilted by two points
+constexpr float kRidge = 0.3F;        // added to the spread of the places: a plane is not tilted by two points
 constexpr float kNormalRidge = 1e-5F; // and to that of the normals, besides what the noise asks for
 
 // What values are fitted by: a neighbour's place in the tangent plane; and, where the surface is not flat, how its
@@ -121,8 +121,8 @@ template <int D> void solve(const Lanes (&a)[D][D], const Lanes (&right)[D], Lan
   }
 }
 
-// The noise of the values makes slopes of its own: about the variance of their mean over the spread of the normals. What
-// is likely there, per_slope2 ^ -1/2, decides how much of a slope is believed (a ridge, Hoerl & Kennard 1970).
+// The noise of the values makes slopes of its own: about the variance of their mean over the spread of the normals.
+// What is likely there, per_slope2 ^ -1/2, decides how much of a slope is believed (a ridge, Hoerl & Kennard 1970).
 // variance_scale: the variances in the moments are in units of this.
 template <int D> Fit<D> fitted(const Moments<D> &m, Lanes variance_scale, float per_slope2) {
   const Lanes inverse = 1.0F / at_least(m.w, broadcast(1e-20F));

@@ -1,5 +1,5 @@
-// Points of a cluster, its quads, and all of it as samples that stand for one another: what is far from a point need not
-// be asked point by point. Part of packets_code.h.
+// Points of a cluster, its quads, and all of it as samples that stand for one another: what is far from a point need
+// not be asked point by point. Part of packets_code.h.
 #pragma once
 
 #include "packets.h"
@@ -8,13 +8,14 @@ namespace ob {
 namespace {
 
 // Points of a quad that differ by more are asked each for itself nearby: in their values, in variances of these; in
-// their guides, as a part of what the filter allows them to differ by; in their normals, by 1 - cos times the sharpness; in their places, in spacings.
+// their guides, as a part of what the filter allows them to differ by; in their normals, by 1 - cos times the
+// sharpness; in their places, in spacings.
 constexpr float kEvenValues = 3.0F;
 constexpr float kEvenGuides = 0.1F;
 constexpr float kEvenNormals = 0.3F;
 constexpr float kEvenPlaces = 2.0F;
-constexpr float kTolerance = 7.5F;        // squared difference of guides, in their variances, at which weights are 1/e
-constexpr float kLeastVariance = 1e-7F;   // of the difference of two guides
+constexpr float kTolerance = 7.5F;      // squared difference of guides, in their variances, at which weights are 1/e
+constexpr float kLeastVariance = 1e-7F; // of the difference of two guides
 
 void copy_lane(const Lanes3 &from, int lane, float *to) {
   to[0] = from.x[lane];

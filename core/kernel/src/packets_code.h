@@ -399,9 +399,15 @@ void trace(const RayBatch &batch, const TexelGroup &group, const Frames &frames,
 namespace ob {
 namespace {
 
-constexpr PacketCode kCode = {
-    spread_points, interpolate, build_frames, build_tangent_frames, {trace<1>, trace<4>, trace<8>, trace<16>},
-    gather_values, compute_guide, gather_guides, filter};
+constexpr PacketCode kCode = {spread_points,
+                              interpolate,
+                              build_frames,
+                              build_tangent_frames,
+                              {trace<1>, trace<4>, trace<8>, trace<16>},
+                              gather_values,
+                              compute_guide,
+                              gather_guides,
+                              filter};
 
 } // namespace
 } // namespace ob

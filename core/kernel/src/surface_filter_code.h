@@ -12,8 +12,8 @@
 namespace ob {
 namespace {
 
-constexpr float kGuideRadius = 3.0F;      // in spacings
-constexpr float kFlatness = 1.0F;         // squared distance from the tangent planes, in spacings, for 1/e
+constexpr float kGuideRadius = 3.0F; // in spacings
+constexpr float kFlatness = 1.0F;    // squared distance from the tangent planes, in spacings, for 1/e
 // Residuals above so many times the noise count as detail. Less of it would take more noise for detail than it saves in
 // blur: 6 was best on the samples, from 16 to 64 rays.
 constexpr float kDetailThreshold = 6.0F;
@@ -134,8 +134,8 @@ OB_INLINE Lanes relative_precision(const Signal &own, Lanes variance) {
   return (own.variance + own.residual_variance + 1e-9F) / (variance + own.residual_variance + 1e-9F);
 }
 
-// Clusters beside one another are asked by quads, and by points where those are uneven; those farther away by quads; and
-// those that lie so many spacings apart as a whole.
+// Clusters beside one another are asked by quads, and by points where those are uneven; those farther away by quads;
+// and those that lie so many spacings apart as a whole.
 constexpr float kBeside = 1.5F;
 constexpr float kFarApart = 3.5F;
 
@@ -196,8 +196,8 @@ void for_each_batch(const Neighbours &neighbours, int64_t index, const Passes &p
   take(batch, count);
 }
 
-// The moments of a cluster's fits over all samples near it. terms_of(part): what makes of a sample its term, for a part of
-// the points.
+// The moments of a cluster's fits over all samples near it. terms_of(part): what makes of a sample its term, for a part
+// of the points.
 template <int D, typename TermsOf>
 Moments<D> moments_of(const Neighbours &neighbours, int64_t index, const Passes &passes, float radius,
                       TermsOf terms_of) {
@@ -256,8 +256,8 @@ template <int D> struct FilterTerms {
   Wide variance{}, precision{};
 
   FilterTerms(const PartFrame<D> &about, const Signal &own, const NormalSlopes &slopes, int part)
-      : frame(about), guide(part_of(own.guide, part)), slope{part_of(slopes.along[0], part),
-                                                             part_of(slopes.along[1], part)},
+      : frame(about), guide(part_of(own.guide, part)),
+        slope{part_of(slopes.along[0], part), part_of(slopes.along[1], part)},
         least_allowed(kTolerance * (part_of(own.guide_error, part) + kLeastVariance)),
         noise(part_of(own.variance, part)), residual(part_of(own.residual_variance, part) + 1e-9F) {}
 
