@@ -113,7 +113,8 @@ void measure(const Points &points, Cluster &cluster) {
       farthest = std::max(farthest, distance2(points.position[lane], cluster.centre));
     }
   }
-  cluster.radius = std::sqrt(farthest);
+  // Far from the origin the middle is rounded by more than the points lie apart.
+  cluster.radius = std::min(std::sqrt(farthest), 2.0F * kClusterReach * kEvenSpacing * cluster.spacing);
 }
 
 // What is kept of a cluster's texels besides where they lie.
@@ -143,7 +144,7 @@ bool take_cluster(const ob_surface &surface, Points &points, Cluster &cluster, S
   const int first = static_cast<int>(found - points.active);
   cluster = Cluster{};
   for (int lane = 0; lane < kLanes; ++lane) {
-    const bool ours = points.active[lane] && belongs(points, lane, first);
+    const bool ours = lane == first || (points.active[lane] && belongs(points, lane, first)); // whatever its normal is
     const int from = ours ? lane : first;
     put(cluster.position, lane, points.position[from]);
     put(cluster.normal, lane, points.normal[from]);
