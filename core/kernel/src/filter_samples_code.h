@@ -58,7 +58,18 @@ void add_sample(const Sample &each, float weight, Sample &sum) {
   }
   sum.value += weight * each.value;
   sum.noise += weight * each.noise;
-  sum.precision += weight * each.precision;
+}
+
+// How many points there are and how precise they are, of several together: what comes before all other sums.
+void add_count(const Sample &each, Sample &sum) {
+  const float count = sum.count + each.count;
+  sum.precision += (each.precision - sum.precision) * (count > 0.0F ? each.count / count : 0.0F);
+  sum.count = count;
+}
+
+// Of one in the sum: a mean is as precise as it says only where the more precise count for more.
+float share_in(const Sample &each, const Sample &sum) {
+  return each.count * each.precision / (sum.count * sum.precision);
 }
 
 void add_guide(const Sample &each, float weight, Sample &sum) {
@@ -103,14 +114,16 @@ void gather_values(const Neighbours &neighbours, int64_t index, const Passes &pa
     Sample points[4];
     Sample &mean = samples.quads[quad];
     const int count = read_quad(neighbours, index, signal, quad, points);
-    mean.count = static_cast<float>(count);
-    samples.whole.count += mean.count;
     for (int i = 0; i < count; ++i) {
-      add_sample(points[i], 1.0F / mean.count, mean);
+      add_count(points[i], mean);
+    }
+    add_count(mean, samples.whole);
+    for (int i = 0; i < count; ++i) {
+      add_sample(points[i], share_in(points[i], mean), mean);
     }
     bool even = true;
     for (int i = 0; i < count; ++i) { // there are no guides yet
-      add_scatter(points[i], 1.0F / mean.count, mean);
+      add_scatter(points[i], share_in(points[i], mean), mean);
       even = even && is_even(points[i], mean, neighbours.clusters[index].spacing, neighbours.sharpness);
     }
     if (!even || mean.scatter * mean.precision > kEvenValues * mean.noise) {
@@ -119,7 +132,7 @@ void gather_values(const Neighbours &neighbours, int64_t index, const Passes &pa
   }
   for (const Sample &quad : samples.quads) {
     if (quad.count > 0.0F) {
-      add_sample(quad, quad.count / samples.whole.count, samples.whole);
+      add_sample(quad, share_in(quad, samples.whole), samples.whole);
     }
   }
 }
@@ -130,11 +143,11 @@ bool join_guides(const Neighbours &neighbours, int64_t index, const Signal &sign
   const int count = read_quad(neighbours, index, signal, quad, points);
   mean.scatter = 0.0F;
   for (int i = 0; i < count; ++i) {
-    add_guide(points[i], 1.0F / mean.count, mean);
+    add_guide(points[i], share_in(points[i], mean), mean);
   }
   bool even = true;
   for (int i = 0; i < count; ++i) {
-    add_scatter(points[i], 1.0F / mean.count, mean);
+    add_scatter(points[i], share_in(points[i], mean), mean);
     even = even && are_guides_even(points[i], mean) &&
            is_even(points[i], mean, neighbours.clusters[index].spacing, neighbours.sharpness);
   }
@@ -151,12 +164,12 @@ void gather_guides(const Neighbours &neighbours, int64_t index, const Passes &pa
       samples.uneven |= 0xFU << (4 * quad);
     }
     if (mean.count > 0.0F) {
-      add_guide(mean, mean.count / samples.whole.count, samples.whole);
+      add_guide(mean, share_in(mean, samples.whole), samples.whole);
     }
   }
   for (const Sample &quad : samples.quads) {
     if (quad.count > 0.0F) {
-      add_scatter(quad, quad.count / samples.whole.count, samples.whole);
+      add_scatter(quad, share_in(quad, samples.whole), samples.whole);
     }
   }
 }
