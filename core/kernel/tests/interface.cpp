@@ -146,6 +146,62 @@ static bool points_of_anything(Random &random) {
   return draw.broken();
 }
 
+// A map of the same texels, whose numbers may be none. What is wrong is refused; what is not does no harm.
+static ob_signal any_signal(Random &random, Draw &draw, float (&images)[5][64], const float (&shares)[3]) {
+  for (auto &image : images) {
+    for (float &value : image) {
+      value = random.once_in(40) ? draw.one_of({kNan, kInfinity, -kInfinity, 1e30F, 1e-41F, -1.0F, 0.0F})
+                                 : static_cast<float>(random.unit());
+    }
+  }
+  const float *const table = draw.optional(&shares[0]);
+  const auto count = draw.one_of<int32_t>({2, 3, 3, 3, 3, 3, 3, 1, 0, INT32_MIN});
+  draw.breaks_if(table != nullptr && count < 2);
+  return {draw.present(images[0]),
+          draw.present(images[1]),
+          draw.present(images[2]),
+          draw.present(images[3]),
+          draw.present(images[4]),
+          table,
+          count,
+          draw.good_or_bad({0.0F, 12.0F, 1e6F}, {-1.0F, kNan, kInfinity}),
+          draw.good_or_bad({0.3F, 1e-30F, 1e30F, kInfinity}, {0.0F, -0.0F, -1.0F, kNan, -kInfinity}),
+          draw.one_of({0, 1, -7}),
+          draw.threads()};
+}
+
+static bool build_filter_of_anything(Random &random) {
+  Draw draw(random, 24);
+  Anything anything;
+  anything.draw(random, draw);
+  const ob_slab slab{draw.good_or_bad({-1.0F, -kInfinity}, {kNan, kInfinity}),
+                     draw.good_or_bad({0.5F, kInfinity}, {-kInfinity, kNan}),
+                     draw.good_or_bad({0, 1, 2}, {-1, 3, INT32_MAX})};
+  ob_control control{};
+  ob_filter *filter = nullptr;
+  check_status(draw, ob_filter_build(draw.present(&anything.surface), &slab, draw.threads(), draw.optional(&control),
+                                     draw.present(&filter)));
+  CHECK((filter == nullptr) == draw.broken());
+  ob_filter_free(filter);
+  return draw.broken();
+}
+
+static bool filter_anything(Random &random) {
+  Draw sound(random, INT32_MAX);
+  Anything anything;
+  anything.draw(random, sound);
+  ob_filter *built = nullptr;
+  must(ob_filter_build(&anything.surface, nullptr, 1, nullptr, &built));
+  const Filter filter(built);
+  Draw draw(random, 12);
+  float images[5][64];
+  const float shares[3] = {0.5F, draw.one_of({0.7F, kNan, 0.0F}), 1.0F};
+  const ob_signal signal = any_signal(random, draw, images, shares);
+  ob_control control{};
+  check_status(draw, ob_filter_apply(draw.present(built), draw.present(&signal), draw.optional(&control)));
+  return draw.broken();
+}
+
 static ob_trace_settings any_settings(Draw &draw) {
   ob_trace_settings settings = settings_of(draw.good_or_bad({1, 2, 5, 33}, {0, -1, (1 << 20) + 1, INT32_MIN}));
   settings.threads = draw.threads();
@@ -364,6 +420,8 @@ int main(int argc, char **argv) {
   test_messages_of_two_threads();
   repeat(5000, 1, rasterize_anything);
   repeat(5000, 2, points_of_anything);
+  repeat(2000, 10, build_filter_of_anything);
+  repeat(2000, 11, filter_anything);
   if (argc < 2) {
     std::puts("SKIPPED what traces: no Embree was named");
     return 0;

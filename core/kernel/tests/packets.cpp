@@ -96,6 +96,81 @@ static void test_instruction_sets_agree_to_the_bit() {
   }
 }
 
+// Clusters in a row on a surface that turns, each near every other, and a map on them.
+struct FilteredRow {
+  static constexpr size_t kCount = 8;
+  std::vector<ob::Cluster> clusters = std::vector<ob::Cluster>(kCount);
+  std::vector<ob::Signal> signals = std::vector<ob::Signal>(kCount);
+  std::vector<ob::Samples> samples = std::vector<ob::Samples>(kCount);
+  std::vector<ob::NormalSlopes> slopes = std::vector<ob::NormalSlopes>(kCount);
+  std::vector<int64_t> first;
+  std::vector<int32_t> near;
+  std::vector<uint8_t> flat;
+  Lanes results[2 * kCount] = {}; // each cluster's values and errors
+
+  explicit FilteredRow(bool turns) : flat(kCount, turns ? 0 : 1) {
+    Random random(13);
+    for (size_t i = 0; i < kCount; ++i) {
+      fill_cluster(random, i, turns);
+      first.push_back(static_cast<int64_t>(near.size()));
+      for (int32_t other = 0; other < static_cast<int32_t>(kCount); ++other) {
+        near.push_back(other);
+      }
+    }
+    first.push_back(static_cast<int64_t>(near.size()));
+  }
+
+  void fill_cluster(Random &random, size_t index, bool turns) {
+    ob::Cluster &cluster = clusters[index];
+    ob::Signal &signal = signals[index];
+    cluster.spacing = 1.0F;
+    cluster.radius = 2.2F;
+    cluster.centre[0] = static_cast<float>(4 * index) + 1.5F;
+    cluster.centre[1] = 1.5F;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const auto turn = turns ? static_cast<float>(random.within(-0.3, 0.3)) : 0.0F;
+      cluster.position.x[lane] = static_cast<float>(4 * index) + static_cast<float>((lane & 1) + (lane >> 1 & 2));
+      cluster.position.y[lane] = static_cast<float>((lane >> 1 & 1) + (lane >> 2 & 2));
+      cluster.normal.x[lane] = std::sin(turn);
+      cluster.normal.z[lane] = std::cos(turn);
+      cluster.active[lane] = -1;
+      signal.value[lane] = static_cast<float>(random.within(0.3, 0.7));
+      signal.noise[lane] = static_cast<float>(random.within(0.0, 0.02));
+      signal.precision[lane] = random.once_in(5) ? 0.0F : static_cast<float>(1 << random.below(3));
+    }
+  }
+
+  void run(const PacketCode &code) {
+    const ob::Neighbours neighbours{clusters.data(), first.data(), near.data(), flat.data(), nullptr, 12.0F, 11.0F};
+    const ob::Passes passes{signals.data(), samples.data(), slopes.data()};
+    for (const auto pass : {code.gather_values, code.compute_guide, code.gather_guides}) {
+      for (int64_t i = 0; i < static_cast<int64_t>(kCount); ++i) {
+        pass(neighbours, i, passes);
+      }
+    }
+    for (size_t i = 0; i < kCount; ++i) {
+      code.filter(neighbours, static_cast<int64_t>(i), passes, results[2 * i], results[2 * i + 1]);
+    }
+  }
+};
+
+static void test_instruction_sets_filter_the_same_to_the_bit() {
+  for (const bool turns : {false, true}) {
+    FilteredRow expected(turns);
+    expected.run(ob::kBaselinePackets);
+    for (const PacketCode *code : codes_that_run_here()) {
+      FilteredRow row(turns);
+      row.run(*code);
+      for (size_t i = 0; i < 2 * FilteredRow::kCount; ++i) {
+        CHECK(same_bits(row.results[i], expected.results[i]));
+        for (int lane = 0; lane < kLanes; ++lane) {
+          CHECK(std::isfinite(row.results[i][lane]));
+        }
+      }
+    }
+  }
+}
+
 static double dot(const ob::Lanes3 &a, const ob::Lanes3 &b, int lane) {
   return double{a.x[lane]} * double{b.x[lane]} + double{a.y[lane]} * double{b.y[lane]} +
          double{a.z[lane]} * double{b.z[lane]};
@@ -348,6 +423,7 @@ static void test_lanes_are_in_morton_order() {
 
 int main() {
   test_instruction_sets_agree_to_the_bit();
+  test_instruction_sets_filter_the_same_to_the_bit();
   test_frames_are_orthonormal();
   test_normals_that_cancel_give_way_to_the_geometric_one();
   test_mirror();
