@@ -3,38 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from occlusion_bake.core.bake import Baked
-from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.scene.scene import Mesh, Scene
-from occlusion_bake.core.scene.world_mesh import world_surface
 from occlusion_bake.core.solve.surface_filter import SurfaceFilter
-from occlusion_bake.core.texels.rasterize import rasterize
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.bakes import bake_one
+from occlusion_bake.tests.oracles.sheet import Sheet, ramp
 
 SIDE = 64
-
-
-class Sheet:
-    """A mesh's texels and their filter."""
-
-    def __init__(self, mesh: Mesh, side: int = SIDE) -> None:
-        assert mesh.uv is not None
-        self.owner = rasterize(mesh.name, mesh.uv, side, side).owner
-        self.owned = self.owner >= 0
-        self.surface = TexelSurface(world_surface(shapes.instance(mesh), np.zeros(3)), self.owner)
-        self.surface_filter = SurfaceFilter(self.surface)
-        self.places = self.surface.positions.astype(np.float64)
-
-    def filter(self, value: np.ndarray, noise: float, **settings: Any) -> np.ndarray:
-        ones = self.owned.astype(np.float32)
-        filtered, _ = self.surface_filter.filter(value.astype(np.float32), np.float32(noise) * ones, ones, **settings)
-        return filtered
 
 
 @pytest.fixture(scope="module")
@@ -42,20 +22,15 @@ def flat() -> Sheet:
     return Sheet(shapes.plane(1.0))
 
 
-def ramp(sheet: Sheet) -> np.ndarray:
-    """A function of the place alone, linear."""
-    values: np.ndarray = 0.5 + 0.2 * sheet.places[..., 0] - 0.1 * sheet.places[..., 1] + 0.07 * sheet.places[..., 2]
-    return np.where(sheet.owned, values, 0.0)
-
-
 @pytest.mark.parametrize("turned", [False, True])
 def test_what_is_linear_on_a_plane_stays(turned: bool) -> None:
-    """To the edges, where the neighbours lie on one side."""
+    """To the edges, where the neighbours lie on one side. Far ones are taken together, so those of a texel are not
+    quite about it, and the ridge, a fiftieth of their spread, draws the slope to 0 by so much of what they are off."""
     plane = shapes.quad((-1, -1, 0.3), (2, 0.4, 0.1), (-0.3, 2, 0.5)) if turned else shapes.plane(1.0)
     sheet = Sheet(plane)
     filtered = sheet.filter(ramp(sheet), 0.04)
     inner = slice(8, -8)
-    assert_allclose(filtered[inner, inner], ramp(sheet)[inner, inner], atol=2e-5)
+    assert_allclose(filtered[inner, inner], ramp(sheet)[inner, inner], atol=1e-4)
     assert np.abs(filtered - ramp(sheet)).max() < 3e-3  # the ridge draws the slope towards 0 where one side is bare
 
 
