@@ -190,7 +190,7 @@ typedef struct ob_signal {
   int32_t open_share_count;
   float sharpness; /* weights fall as exp(-sharpness (1 - cos)) of the angle between normals */
   float slope;     /* how much values are likely to change by per unit of the normal */
-  int32_t plain;          /* not 0: `filtered` is `value` as it is, and `error` what its noise comes to */
+  int32_t plain;   /* not 0: `filtered` is `value` as it is, and `error` what its noise comes to */
   int32_t threads;
 } ob_signal;
 

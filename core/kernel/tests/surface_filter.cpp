@@ -1,4 +1,6 @@
 // ob_filter_build and ob_filter_apply where the answer is known.
+#include <utility>
+
 #include "scenes.h"
 
 static Filter filter_of(const Target &target, int32_t threads = 2) {
@@ -53,7 +55,7 @@ template <typename Where> static Target curved(int steps, int32_t side, Where wh
     }
   }
   Target target(mesh, side, side);
-  target.normals = normals;
+  target.normals = std::move(normals);
   return target;
 }
 
