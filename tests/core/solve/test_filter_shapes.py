@@ -71,12 +71,12 @@ def test_light_stays_on_its_side_of_a_sheet(gap: float, exponent: float) -> None
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
 def test_values_linear_in_the_normal_come_out_of_the_noise(exponent: float) -> None:
-    """On a ball, which is nowhere flat."""
+    """On a ball, which is nowhere flat; a narrow lobe asks fewer."""
     sheet = Sheet(shapes.sphere(segments=48), 96)
     truth = np.where(sheet.owned, 0.5 + 0.2 * sheet.normals[..., 0] - 0.1 * sheet.normals[..., 2], 0.0)
     where = away_from_poles(sheet)
     noisy = sheet.filter(sheet.noisy(truth, NOISE, 1), NOISE**2, exponent=exponent) - truth
-    assert rms(noisy[where]) < (0.18 if exponent < 50.0 else 0.27) * NOISE
+    assert rms(noisy[where]) < (0.2 if exponent < 50.0 else 0.33) * NOISE
     blur = sheet.filter(truth, NOISE**2, exponent=exponent) - truth
     assert rms(blur[where]) < 0.05 * NOISE
 
