@@ -11,6 +11,7 @@ namespace ob {
 namespace {
 
 constexpr ob_slab kEverywhere = {-INFINITY, INFINITY, 0};
+constexpr float kLeastSlope = 1e-6F; // float32 holds its square, and 1 over it
 
 int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, ob_filter &filter) {
   find_clusters(surface, threads, control, filter);
@@ -182,8 +183,8 @@ int32_t ob_filter_apply(const ob_filter *filter, const ob_signal *signal, ob_con
     if (!(signal->sharpness >= 0.0F) || !std::isfinite(signal->sharpness)) {
       return ob::fail(OB_INVALID, "the filter's sharpness must be 0 or more, and finite");
     }
-    if (!(signal->slope > 0.0F)) {
-      return ob::fail(OB_INVALID, "the slope that is likely must be more than 0");
+    if (!(signal->slope >= ob::kLeastSlope)) {
+      return ob::fail(OB_INVALID, "the slope that is likely must be 1e-6 or more");
     }
     if (signal->open_shares != nullptr && signal->open_share_count < 2) {
       return ob::fail(OB_INVALID, "a table of open shares has 2 numbers at least");

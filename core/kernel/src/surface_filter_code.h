@@ -257,9 +257,11 @@ template <int D> struct FilterTerms {
 
   FilterTerms(const PartFrame<D> &about, const Signal &own, const NormalSlopes &slopes, int part)
       : frame(about), guide(part_of(own.guide, part)),
-        slope{part_of(slopes.along[0], part), part_of(slopes.along[1], part)},
         least_allowed(kTolerance * (part_of(own.guide_error, part) + kLeastVariance)),
-        noise(part_of(own.variance, part)), residual(part_of(own.residual_variance, part) + 1e-9F) {}
+        noise(part_of(own.variance, part)), residual(part_of(own.residual_variance, part) + 1e-9F) {
+    slope[0] = part_of(slopes.along[0], part);
+    slope[1] = part_of(slopes.along[1], part);
+  }
 
   OB_INLINE Term<D> operator()(const Sample &sample) {
     Term<D> term;
