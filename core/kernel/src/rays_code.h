@@ -231,7 +231,7 @@ template <int W, int32_t Accumulator> struct Tracing {
   Rays<W> rays[kLanes / W];
   Lanes3 direction;
   alignas(64) int32_t valid[kLanes];
-  RayBatchSums sums;
+  Lanes total[ob_images_of(Accumulator)], first_half[ob_images_of(Accumulator)];
 
   OB_INLINE void prepare_part(int32_t k, int part) {
     const Wide3 along = make_rays<W>(batch, group, frames, k, part, rays);
@@ -268,10 +268,9 @@ template <int W, int32_t Accumulator> struct Tracing {
     contribute<Accumulator>(batch, along, visible, wanted, cosine, contribution);
     const WideMask first = to_lanes(batch.first_half[k], part);
     for (int image = 0; image < kImages; ++image) {
-      Lanes &all = sums.all[image];
-      Lanes &half = sums.first_half[image];
-      set_part(all, part, part_of(all, part) + contribution[image]);
-      set_part(half, part, part_of(half, part) + (first ? contribution[image] : Wide{}));
+      const Wide of_half = first ? contribution[image] : Wide{};
+      set_part(total[image], part, part_of(total[image], part) + contribution[image]);
+      set_part(first_half[image], part, part_of(first_half[image], part) + of_half);
     }
   }
 };
@@ -279,7 +278,7 @@ template <int W, int32_t Accumulator> struct Tracing {
 template <int W, int32_t Accumulator>
 void trace_images(const RayBatch &batch, const TexelGroup &group, const Frames &frames, const LaneMask &active,
                   RayBatchSums &sums, int64_t &embree_cycles) {
-  Tracing<W, Accumulator> tracing{batch, group, frames, active, {}, {}, {}, {}};
+  Tracing<W, Accumulator> tracing{batch, group, frames, active, {}, {}, {}, {}, {}};
   prepare<W>(batch.nearest, tracing.rays);
   const int flags = batch.incoherent ? RTC_RAY_QUERY_FLAG_INCOHERENT : RTC_RAY_QUERY_FLAG_COHERENT;
   for (int32_t k = 0; k < batch.rays; ++k) {
@@ -298,8 +297,8 @@ void trace_images(const RayBatch &batch, const TexelGroup &group, const Frames &
     }
   }
   for (int image = 0; image < ob_images_of(Accumulator); ++image) {
-    sums.all[image] = tracing.sums.all[image];
-    sums.first_half[image] = tracing.sums.first_half[image];
+    sums.all[image] = tracing.total[image];
+    sums.first_half[image] = tracing.first_half[image];
   }
 }
 
