@@ -38,8 +38,8 @@ OB_INLINE Wide3 chosen(const WideMask &which, const Wide3 &a, const Wide3 &b) {
   return {which ? a.x : b.x, which ? a.y : b.y, which ? a.z : b.z};
 }
 
-OB_INLINE Wide at_most(const Wide &x, const Wide &bound) { return x < bound ? x : bound; }
-OB_INLINE Wide at_least(const Wide &x, const Wide &bound) { return x > bound ? x : bound; }
+OB_INLINE Wide minimum(const Wide &x, const Wide &bound) { return x < bound ? x : bound; }
+OB_INLINE Wide maximum(const Wide &x, const Wide &bound) { return x > bound ? x : bound; }
 
 OB_INLINE Wide square_root(Wide x) {
   for (int l = 0; l < kWide; ++l) {
@@ -89,8 +89,8 @@ void interpolate(const TexelGroup &group, int points, Frames &frames) {
         return part_of(weight[0], part) + x * part_of(weight[1], part) + y * part_of(weight[2], part);
       };
       // Off the triangle's edges, which rounding may even have crossed by a hair.
-      const Wide weight1 = at_most(at_least(raw(group.weight1), margin[1]), 1.0F - margin[0] - margin[2]);
-      const Wide weight2 = at_most(at_least(raw(group.weight2), margin[2]), 1.0F - margin[0] - weight1);
+      const Wide weight1 = minimum(maximum(raw(group.weight1), margin[1]), 1.0F - margin[0] - margin[2]);
+      const Wide weight2 = minimum(maximum(raw(group.weight2), margin[2]), 1.0F - margin[0] - weight1);
       // One corner plus two edges: 0.8 ulp off the plane at most, where three products give 2.8.
       set_part(frames.position[point], part, corner + (edge1 * weight1 + edge2 * weight2));
       const Wide3 normal = part_of(group.shading[0], part) * (1.0F - weight1 - weight2) +

@@ -148,7 +148,7 @@ OB_INLINE Wide visibility(const RayBatch &batch, const Wide &end) {
   if (batch.falloff == OB_FALLOFF_NONE) {
     return end >= 0.0F ? widened(1.0F) : Wide{};
   }
-  const Wide share = at_most(end * (1.0F / batch.distance), widened(1.0F));
+  const Wide share = minimum(end * (1.0F / batch.distance), widened(1.0F));
   return batch.falloff == OB_FALLOFF_LINEAR ? share : share * share * (3.0F - 2.0F * share);
 }
 
@@ -175,8 +175,8 @@ OB_INLINE WideMask cell_of(int32_t size, const Wide3 &d, Wide &sum) {
   const Wide folded_y = d.y < 0.0F ? ax * inverse - 1.0F : 1.0F - ax * inverse;
   const Wide half = widened(0.5F * static_cast<float>(size));
   const Wide most = widened(static_cast<float>(size - 1));
-  const Wide x = at_most(at_least(((under ? folded_x : d.x * inverse) + 1.0F) * half, Wide{}), most);
-  const Wide y = at_most(at_least(((under ? folded_y : d.y * inverse) + 1.0F) * half, Wide{}), most);
+  const Wide x = minimum(maximum(((under ? folded_x : d.x * inverse) + 1.0F) * half, Wide{}), most);
+  const Wide y = minimum(maximum(((under ? folded_y : d.y * inverse) + 1.0F) * half, Wide{}), most);
   return __builtin_convertvector(y, WideMask) * size + __builtin_convertvector(x, WideMask);
 }
 
