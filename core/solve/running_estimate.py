@@ -49,7 +49,8 @@ class RunningEstimate:
     def add(self, total: Floats, first_half: Floats, rays: int, where: Flags) -> None:
         """Take in a round: sums over each texel's rays and over the first half of them, for the texels `where`."""
         more = np.float32((rays / self.unit) ** _RATE)
-        value, noise = total * np.float32(1.0 / rays), _noise(total, first_half, rays) * more
+        value, noise = total * np.float32(1.0 / rays), _noise(total, first_half, rays)
+        noise *= more
         if not self.precision.any():
             np.copyto(self.value, value, where=where)
             np.copyto(self.noise, noise, where=where)
@@ -70,6 +71,11 @@ def _noise(total: Floats, first_half: Floats, rays: int) -> Floats:
     difference = first_half * np.float32(calibrated / half + calibrated / (rays - half))
     difference -= total * np.float32(calibrated / (rays - half))
     mean = total * np.float32(1.0 / rays)
-    spread = np.maximum(mean * (1.0 - mean), np.float32(0.0)) * np.float32(_NET * rays**-1.5)
-    noise: Floats = np.float32(0.5) * (np.square(difference, out=difference) + spread)
+    spread = 1.0 - mean
+    spread *= mean
+    np.maximum(spread, np.float32(0.0), out=spread)
+    spread *= np.float32(_NET * rays**-1.5)
+    noise: Floats = np.square(difference, out=difference)  # in place: these are large, and new memory costs more
+    noise += spread
+    noise *= np.float32(0.5)
     return noise

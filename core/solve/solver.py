@@ -267,11 +267,15 @@ class AdaptiveSampler:
         low, high = worth.max() * 1e-9, worth.max()
         if not high > 0.0:
             return np.zeros_like(self._rays)
+        # Blocks in order of their worth: of those with one growth each sum is a difference of two running ones.
+        order = np.argsort(worth, axis=None)
+        ladder = worth.reshape(-1)[order]
+        squares_to, rays_to = (_running_sums(each, order) for each in (squares, self._rays * self._texels))
         for _ in range(40):
             price = math.sqrt(low * high)
-            step = np.searchsorted(steps, worth / price)
-            enough = (squares * left[step]).sum() <= goal
-            too_much = (_GROWTHS[step] * self._rays * self._texels).sum() > affordable
+            ends = [0, *np.searchsorted(ladder, steps * price, side="right"), len(ladder)]
+            enough = np.diff(squares_to[ends]) @ left <= goal
+            too_much = np.diff(rays_to[ends]) @ _GROWTHS > affordable
             low, high = (price, high) if enough or too_much else (low, price)
         extra = np.minimum(_GROWTHS[np.searchsorted(steps, worth / low)] * self._rays, MOST_RAYS)
         powers: NDArray[np.int_] = np.where(extra > 0, 1 << np.frexp(extra / 0.75)[1].astype(np.int_) - 1, 0)
@@ -285,6 +289,11 @@ def _left(rate: float) -> Doubles:
     """What each growth leaves of the squared error, where that falls as the rays to the power of -rate."""
     left: Doubles = 1.0 / (1.0 + _GROWTHS.astype(np.float64) ** rate)
     return left
+
+
+def _running_sums(values: Doubles, order: NDArray[np.intp]) -> Doubles:
+    """Of the values in an order, from 0 on: one more than there are values."""
+    return np.concatenate([[0.0], np.cumsum(values.reshape(-1)[order])])
 
 
 def _block_sums(image: Floats) -> Doubles:

@@ -31,16 +31,6 @@ struct ClusterFrame {
   }
 };
 
-struct Wide3 {
-  Wide x, y, z;
-};
-
-OB_INLINE Wide3 part_of(const Lanes3 &lanes, int part) {
-  return {part_of(lanes.x, part), part_of(lanes.y, part), part_of(lanes.z, part)};
-}
-
-OB_INLINE Wide dot(const Wide3 &a, const Wide3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
 // Nearly exp(-x), and 0 from 8 on.
 OB_INLINE Wide falloff(Wide x) {
   const Wide t = positive(1.0F - x * 0.125F);

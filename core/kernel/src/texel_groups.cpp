@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
+#include <optional>
 
 #include "direction_tables.h"
 #include "sobol.h"
@@ -126,23 +129,36 @@ bool holds_texel(const TexelGroup &group, int lane) {
          lowest(1.0F - group.weight1[0][lane] - group.weight2[0][lane], x0, y0) > kMargin;
 }
 
-// Where the triangle covers the texel in part, the points spread over that part.
-void fit_points(const TexelTriangle &triangle, Texel texel, int points, int lane, TexelGroup &out) {
-  if (holds_texel(out, lane)) {
-    return;
+// Where a texel's points lie: anywhere in its square, or in the part that the triangle covers.
+class Footprint {
+public:
+  Footprint() = default;
+  Footprint(const TexelTriangle &triangle, Texel texel, const TexelGroup &group, int lane) : texel_(texel) {
+    if (holds_texel(group, lane)) {
+      return;
+    }
+    const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
+    if (part.count >= 3 && area(part) < 1.0) {
+      fan_.emplace(part);
+    }
   }
-  const Polygon part = clip_to_texel(triangle, texel.x, texel.y);
-  if (part.count < 3 || area(part) >= 1.0) {
-    return;
+
+  void fit(int points, int lane, TexelGroup &out) const {
+    if (!fan_) {
+      return;
+    }
+    for (int point = 0; point < points; ++point) {
+      const Point2 warped =
+          fan_->warp(static_cast<double>(out.point_x[point][lane]), static_cast<double>(out.point_y[point][lane]));
+      out.point_x[point][lane] = static_cast<float>(warped.x - texel_.x);
+      out.point_y[point][lane] = static_cast<float>(warped.y - texel_.y);
+    }
   }
-  const Fan fan(part);
-  for (int point = 0; point < points; ++point) {
-    const Point2 warped =
-        fan.warp(static_cast<double>(out.point_x[point][lane]), static_cast<double>(out.point_y[point][lane]));
-    out.point_x[point][lane] = static_cast<float>(warped.x - texel.x);
-    out.point_y[point][lane] = static_cast<float>(warped.y - texel.y);
-  }
-}
+
+private:
+  Texel texel_{};
+  std::optional<Fan> fan_;
+};
 
 } // namespace
 
@@ -172,6 +188,14 @@ void copy_triangle(TexelGroup &group, int from, int to) {
   }
 }
 
+// What lanes of one texel have in common beside.
+void copy_weights(TexelGroup &group, int from, int to) {
+  for (int i = 0; i < 3; ++i) {
+    group.weight1[i][to] = group.weight1[i][from];
+    group.weight2[i][to] = group.weight2[i][from];
+  }
+}
+
 } // namespace
 
 TexelSelection::Entry TexelSelection::at(int32_t tile, int group, int lane) const {
@@ -187,6 +211,13 @@ TexelSelection::Entry TexelSelection::at(int32_t tile, int group, int lane) cons
   return surface.owner[index] >= 0 ? Entry{index, index} : Entry{-1, -1};
 }
 
+namespace {
+
+// All but the footprint points, which are spread over all lanes: half the group, and not small.
+void clear(TexelGroup &group) { std::memset(static_cast<void *>(&group), 0, offsetof(TexelGroup, point_x)); }
+
+} // namespace
+
 int gather_group(const TexelSelection &selection, int32_t tile, int group, const FootprintPattern &pattern,
                  const PacketCode &code, TexelGroup &out) {
   const ob_surface &surface = selection.surface;
@@ -199,7 +230,7 @@ int gather_group(const TexelSelection &selection, int32_t tile, int group, const
   if (active == 0) {
     return 0;
   }
-  out = TexelGroup{};
+  clear(out);
   const auto texel_at = [&](int lane) {
     const int64_t texel = entry[lane].texel;
     return Texel{static_cast<int32_t>(texel % surface.width), static_cast<int32_t>(texel / surface.width)};
@@ -214,20 +245,27 @@ int gather_group(const TexelSelection &selection, int32_t tile, int group, const
   }
   const Point4 point = sobol(pattern.index);
   code.spread_points(out, pattern.side, point.x[0], point.x[1]);
+  Footprint footprint;
   for (int lane = 0; lane < kLanes; ++lane) {
-    if (entry[lane].texel >= 0) {
-      const Texel texel = texel_at(lane);
-      const int64_t owner = surface.owner[entry[lane].texel];
-      const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
-      if (lane > 0 && entry[lane - 1].texel >= 0 && surface.owner[entry[lane - 1].texel] == owner) {
-        copy_triangle(out, lane - 1, lane);
-      } else {
-        fill_triangle(surface, owner, lane, out);
-      }
-      set_texel_normals(surface, entry[lane].texel, lane, out);
-      fill_weights(triangle, texel, lane, out);
-      fit_points(triangle, texel, pattern.side * pattern.side, lane, out);
+    if (entry[lane].texel < 0) {
+      continue;
     }
+    const int64_t before = lane > 0 ? entry[lane - 1].texel : -1;
+    const int64_t owner = surface.owner[entry[lane].texel];
+    if (before >= 0 && surface.owner[before] == owner) {
+      copy_triangle(out, lane - 1, lane);
+    } else {
+      fill_triangle(surface, owner, lane, out);
+    }
+    if (before == entry[lane].texel) { // a list may name one texel in all lanes
+      copy_weights(out, lane - 1, lane);
+    } else {
+      const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
+      fill_weights(triangle, texel_at(lane), lane, out);
+      footprint = Footprint(triangle, texel_at(lane), out, lane);
+    }
+    set_texel_normals(surface, entry[lane].texel, lane, out);
+    footprint.fit(pattern.side * pattern.side, lane, out);
   }
   return active;
 }
