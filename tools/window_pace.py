@@ -17,7 +17,7 @@ MODULE = "bl_ext.user_default.occlusion_bake"
 ENDLESS = 1 << 20  # rays a texel, the most there are: a bake that does not end before it is cancelled
 ops: Any = bpy.ops  # with the extension installed there is more than the stubs of Blender know
 _FEWEST = 64  # rays a texel: the mean of 256 texels is off by 0.003 then
-_HELD = 0.1  # of the time: a single drawing in software takes less of it, on a machine however loaded
+_HELD = 0.2  # of the time: a single drawing in software takes less of it, on a machine however loaded
 
 
 @dataclass(frozen=True)
