@@ -25,8 +25,10 @@ help: ## this list
 
 venv: $(VENV)/.kernel$(PROFILE) ## the virtual environment: Blender as a module, the tools, the kernel
 
-test: venv ## the whole suite
-	$(PY) -m pytest -q
+# Workers take over from one another what is not begun. One that hangs or crashes ends the run, as it would alone.
+WORKERS ?= 2
+test: venv ## the whole suite, by two workers; WORKERS=8 for others
+	$(PY) -m pytest -q -n $(WORKERS) --dist worksteal --max-worker-restart 0
 
 lint: venv ## ruff, mypy, import-linter, clang-tidy; every warning is an error
 	$(VENV)/bin/ruff check .

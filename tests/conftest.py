@@ -21,8 +21,8 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.hookimpl(trylast=True)
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Blender as a module may hang in its destructors at exit; by now everything has been said."""
-    if "bpy" in sys.modules and not hasattr(config, "workerinput"):
+    """Blender as a module may hang in its destructors at exit; by now everything has been said, by workers too."""
+    if "bpy" in sys.modules:
         from occlusion_bake.addon.cli.hard_exit import leave
 
         leave(int(getattr(config, "occlusion_bake_status", 1)))

@@ -6,6 +6,8 @@ left once that is divided out is smooth up to R = N, so that a shader needs no a
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from ..base.arrays import Doubles, Floats
@@ -18,8 +20,10 @@ PADDED = SIDE + 2  # texels of a tile of `lobe_splines`
 _NEAREST = 0.03  # radians from the normal to which the sine can be divided out; nearer the integrals no longer change
 
 
+@cache
 def lobe_lut() -> Floats:
-    """(SIDE, TILES · SIDE, 3) float32: terms f_lm by n·R along the rows and the lobe's width down them.
+    """(SIDE, TILES · SIDE, 3) float32: terms f_lm by n·R along the rows and the lobe's width down them. Made once, and
+    not to be written to.
 
     Column i of a tile is n·R = i / (SIDE − 1), row j is √(2 / (e + 2)) = j / (SIDE − 1): 1 is exponent 0, 0 a mirror.
     The terms, three a tile, are (l, m) = 00, 10, 20 | 30, 11, 21 | 31, 22, 32 | 33 and two channels of 0. Interpolated,
@@ -34,11 +38,14 @@ def lobe_lut() -> Floats:
     for channel, (l, m) in enumerate(placed):  # noqa: E741
         image[..., channel] = terms[..., l * (l + 1) // 2 + m]
     tiled: Floats = np.concatenate(np.split(image, TILES, axis=2), axis=1)
+    tiled.flags.writeable = False
     return tiled
 
 
+@cache
 def lobe_splines() -> Floats:
-    """(PADDED, TILES · PADDED, 3) float32: coefficients of the cubic B-splines through `lobe_lut`, a tile each.
+    """(PADDED, TILES · PADDED, 3) float32: coefficients of the cubic B-splines through `lobe_lut`, a tile each. Made
+    once, and not to be written to.
 
     Sampled by a cubic B-spline, as shaders' bicubic filters are, they give the terms no less exactly. Texel i + 1 is
     above column i: one more on either side, which the filter takes in.
@@ -47,6 +54,7 @@ def lobe_splines() -> Floats:
     tiles = np.stack(np.split(lobe_lut().astype(np.float64), TILES, axis=1))
     splines = np.einsum("yj,xi,tjic->tyxc", to_splines, to_splines, tiles)
     image: Floats = np.concatenate(splines.astype(np.float32), axis=1)
+    image.flags.writeable = False
     return image
 
 

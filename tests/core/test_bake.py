@@ -46,6 +46,7 @@ def with_junk(mesh: Mesh) -> Mesh:
     return joined
 
 
+@pytest.mark.usefixtures("unmeasured")
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("offset", OFFSETS)
@@ -57,6 +58,7 @@ def test_no_ray_leaves_a_closed_box(offset: float, scale: float, turned: bool) -
         assert np.count_nonzero(result.values) == 0
 
 
+@pytest.mark.usefixtures("unmeasured")
 @pytest.mark.parametrize("turned", [False, True])
 def test_no_ray_leaves_a_closed_sphere(turned: bool) -> None:
     ball = shapes.sphere(segments=32, smooth=False)
@@ -66,6 +68,7 @@ def test_no_ray_leaves_a_closed_sphere(turned: bool) -> None:
         assert np.count_nonzero(result.values) == 0
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_no_ray_leaves_a_box_full_of_junk() -> None:
     matrix = moved(1e5, 1e-3, turned=True)
     room = shapes.instance(with_junk(shapes.room()), matrix)
@@ -78,6 +81,7 @@ def test_no_ray_leaves_a_box_full_of_junk() -> None:
     assert any(warning.startswith("room: UVs overlap") for warning in baked.warnings)
 
 
+@pytest.mark.usefixtures("unmeasured")
 @pytest.mark.parametrize("side", SIDES)
 def test_a_box_with_a_side_open_leaks_there(side: str) -> None:
     """The check of the checks above: the sides that remain all see the missing one."""
@@ -86,6 +90,7 @@ def test_a_box_with_a_side_open_leaks_there(side: str) -> None:
     assert abs(result.mean - 0.2) < 0.005  # what leaves the open side comes from five of its size
 
 
+@pytest.mark.usefixtures("unmeasured")
 @pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("scale", SCALES)
 @pytest.mark.parametrize("offset", OFFSETS)
@@ -104,6 +109,7 @@ def test_a_level_floor_of_many_triangles_is_open(offset: float, scale: float, tu
         assert np.all(result.values == 1.0)
 
 
+@pytest.mark.usefixtures("unmeasured")
 @pytest.mark.parametrize("offset", [1e3, 1e5, -12345.678])
 def test_moving_everything_changes_next_to_nothing(offset: float) -> None:
     here, there = (bake_one(stage(moved(by)), size=64).maps["ao"].values for by in (0.0, offset))
@@ -123,6 +129,7 @@ def test_scaling_by_a_power_of_two_changes_no_bit(distance: float | None, power:
     assert plain.maps["ao"].error == scaled.maps["ao"].error
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_turning_or_mirroring_everything_changes_noise_alone() -> None:
     settings = {"maps": MAPS, "size": 32, "rays": 64}
     plain = means_of(stage(), **settings)
@@ -145,6 +152,7 @@ def row_of_balls(places: tuple[float, ...]) -> list[Instance]:
     return [shapes.instance(shapes.sphere(segments=32), shapes.matrix((x, 0, 0)), f"at {x}") for x in places]
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_objects_baked_together_have_the_bits_of_each_alone() -> None:
     """The first of several near ones, and every far one, has a frame of its own either way."""
     settings = flat_settings(width=48, height=48, rays=32, margin=2)
@@ -159,6 +167,7 @@ def test_objects_baked_together_have_the_bits_of_each_alone() -> None:
     assert np.mean(difference != 0) < 0.01 and np.abs(difference).max() <= 2 / 32
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_a_far_occluder_costs_the_near_ones_no_precision() -> None:
     scene = stage()
     far = shapes.instance(shapes.plane(1.0), shapes.matrix((1e6, 1e6, -1.0)), "far")
@@ -166,6 +175,7 @@ def test_a_far_occluder_costs_the_near_ones_no_precision() -> None:
     assert_array_equal(below, bake_one(scene, size=64).maps["ao"].values)
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_a_scene_far_off_is_as_tight_as_one_here() -> None:
     """A gap of a hundredth of a millimetre, a hundred kilometres away: a float32 of 1e5 steps by 8 mm."""
     gap, matrix = 1e-5, moved(1e5)

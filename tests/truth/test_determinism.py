@@ -74,6 +74,7 @@ def assert_same_bits(a: Sequence[Baked], b: Sequence[Baked]) -> None:
             assert (result.error, result.mean) == (twin.error, twin.mean)
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_the_scene_is_of_every_kind(scene: Scene) -> None:
     frame = Occluders(open_device(), scene.occluders).frame_for(scene.targets[0])
     assert len(frame.instanced) == 6 and len(frame.flat) == 1
@@ -93,6 +94,7 @@ def test_neither_threads_nor_another_run_change_a_bit(rays: int, scene: Scene) -
         assert_same_bits(one, other)
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_another_seed_changes_them(scene: Scene) -> None:
     for first, second in zip(baked(scene), baked(scene, seed=1), strict=True):
         for name, result in first.maps.items():
@@ -137,6 +139,7 @@ def test_packet_widths_agree(width: int, scene: Scene) -> None:
     assert abs(difference.mean()) / 300 < 1e-6
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_the_order_of_maps_changes_nothing(scene: Scene) -> None:
     first = Scene(scene.targets[:1], scene.occluders, CAMERA)
     for there, back in zip(baked(first), baked(first, maps=MAPS[::-1]), strict=True):
@@ -145,6 +148,7 @@ def test_the_order_of_maps_changes_nothing(scene: Scene) -> None:
             assert_array_equal(result.values, back.maps[name].values)
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_the_order_of_occluders_changes_nothing_but_grazing_rays(scene: Scene) -> None:
     """Another order is another tree; where a ray meets an edge, another triangle is asked first."""
     shuffled = [scene.occluders[i] for i in (4, 6, 0, 2, 5, 3, 1)]
@@ -156,6 +160,7 @@ def test_the_order_of_occluders_changes_nothing_but_grazing_rays(scene: Scene) -
             assert np.abs(difference).max() <= 2 / 64
 
 
+@pytest.mark.usefixtures("unmeasured")
 def test_copies_and_instances_agree(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """An instance is traced in its own frame: rounding moves it by half an ulp, and rays that graze it may differ."""
     instanced = baked(scene, maps=LOBES)

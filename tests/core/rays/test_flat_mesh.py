@@ -18,6 +18,7 @@ from occlusion_bake.core.scene.scene import Instance, Mesh, Scene
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
+pytestmark = pytest.mark.usefixtures("unmeasured")
 LEANING = shapes.skewed((30.0, -2.0, 1.0))
 MIRRORED = LEANING @ np.diag([-1.0, 1.0, 1.0, 1.0])
 GAP = 1e-3

@@ -13,6 +13,7 @@ from occlusion_bake.core.scene.scene import Instance, Mesh, Scene
 from occlusion_bake.tests.oracles import shapes, whole_bakes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
+pytestmark = pytest.mark.usefixtures("unmeasured")
 ASSET = shapes.sphere(segments=24)  # its triangles' sides are 0.13 at most
 STRAY = Mesh(
     "stray",

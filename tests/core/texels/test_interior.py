@@ -24,6 +24,7 @@ from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.bakes import bake_among
 from occlusion_bake.tests.oracles.settings import flat_settings
 
+pytestmark = pytest.mark.usefixtures("unmeasured")
 SETTINGS = flat_settings(width=48, height=32, rays=1, margin=0)
 ORIGIN = np.zeros(3)
 

@@ -11,6 +11,8 @@ from occlusion_bake.core.texels.vertex_bake import FineCells, corner_image, corn
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.settings import flat_settings
 
+pytestmark = pytest.mark.usefixtures("unmeasured")
+
 
 def baked_corners(scene: Scene, rays: int = 256) -> np.ndarray:
     apart = with_corner_cells(scene)
