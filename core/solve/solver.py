@@ -20,9 +20,9 @@ from .running_estimate import RunningEstimate
 
 BLOCK = 4  # texels along a side of the blocks that get rays together: a packet's sixteen
 # Rays of the first round: about what brings a smooth scene to the error asked for, as measured on the samples. With the
-# filter 16 rays give about 0.006 where there is detail and 0.004 where there is little, and as many as that asks for are
-# begun with: the rounds after it go where there is more. Without it 0.048, and a quarter is begun with: few texels need
-# them all.
+# filter 16 rays give about 0.006 where there is detail and 0.004 where there is little; as many as that asks for are
+# begun with, and the rounds after it go where there is more. Without it 0.048, and a quarter is begun with: few texels
+# need them all.
 FEWEST_FIRST_RAYS, MOST_FIRST_RAYS = 4, 256
 _FILTERED, _PLAIN = (0.0042, 1.5), (0.048, 4.0 / 3.0)
 GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
