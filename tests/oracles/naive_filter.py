@@ -149,7 +149,7 @@ def _tangents(normal: Doubles) -> Doubles:
 
 def _falloff(x: Doubles) -> Doubles:
     """Nearly exp(-x)."""
-    fallen: Doubles = np.maximum(1.0 - x / 8.0, 0.0) ** 8
+    fallen: Doubles = np.maximum(1.0 - x / 8.0, 0.0) ** 8.0
     return fallen
 
 
