@@ -16,7 +16,7 @@ from window_hand import Waits, check, in_view, until
 MODULE = "bl_ext.user_default.occlusion_bake"
 ENDLESS = 1 << 20  # rays a texel, the most there are: a bake that does not end before it is cancelled
 ops: Any = bpy.ops  # with the extension installed there is more than the stubs of Blender know
-_FEWEST = 64  # rays a texel: the mean of 256 texels is off by 0.003 then
+FEWEST = 64  # rays a texel: the mean of 256 texels is off by 0.003 then
 _HELD = 0.2  # of the time: a single drawing in software takes less of it, on a machine however loaded
 
 
@@ -28,7 +28,7 @@ class Pace:
 
     def rays(self, seconds: float, texels: int) -> int:
         """A texel's, of a map that is traced in about so long."""
-        return min(max(round(seconds * self.rays_per_second / texels), _FEWEST), ENDLESS)
+        return min(max(round(seconds * self.rays_per_second / texels), FEWEST), ENDLESS)
 
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]

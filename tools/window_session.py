@@ -20,6 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from window_hand import Waits, act, check, in_view, install, key, open_tab, picture, press, sidebar, until
 from window_pace import (
     ENDLESS,
+    FEWEST,
     Beating,
     Pace,
     Pacing,
@@ -104,7 +105,7 @@ def when_cancelled() -> tuple[list[float], list[float]]:
 def baked(floor: Any, folder: Path, name: str, pace: Pace) -> Waits:
     """The window lives while the bake goes on; then the image holds the right values."""
     chosen = context.scene.occlusion_bake
-    chosen.rays = pace.rays(12.0, chosen.width * chosen.height)
+    chosen.rays = pace.rays(10.0, chosen.width * chosen.height)
     print(f"{pace.rays_per_second / 1e6:.1f} million rays a second: bakes of {chosen.rays} rays a texel", flush=True)
     yield from press("occlusion_bake.bake")
     yield from until(running, 5.0, "a bake after its button was pressed")
@@ -157,7 +158,7 @@ def batched(floor: Any, folder: Path, name: str, pace: Pace) -> Waits:
     """Four objects without UVs in one atlas, then a detailed mesh onto a plain one, by the real button."""
     chosen = context.scene.occlusion_bake
     chosen.width = chosen.height = 512
-    chosen.rays = pace.rays(4.0, chosen.width * chosen.height)
+    chosen.rays = pace.rays(3.0, chosen.width * chosen.height)
     with in_view():
         bpy.ops.object.select_all(action="DESELECT")
     bodies = [body(i) for i in range(4)]
@@ -172,6 +173,7 @@ def batched(floor: Any, folder: Path, name: str, pace: Pace) -> Waits:
     yield 1.0
     picture(str(folder / f"{name}_atlas.png"))
     chosen.layout, chosen.source = "EACH", "SELECTED"
+    chosen.rays = FEWEST
     low, high = bodies[0], bodies[1]
     high.location = low.location
     for each in bodies[2:]:
@@ -252,7 +254,7 @@ def disturbed(floor: Any, pace: Pace) -> Waits:
     """What an artist may do while a bake goes on: it ends well, or with a line, and the window lives."""
     chosen = context.scene.occlusion_bake
     chosen.width = chosen.height = 1024
-    chosen.rays = pace.rays(4.0, chosen.width * chosen.height)
+    chosen.rays = pace.rays(2.0, chosen.width * chosen.height)
     name = floor.name  # after an undo the object is another to Python
     yield from started()
     check(not ops.occlusion_bake.bake.poll(), "a second bake could be started")
