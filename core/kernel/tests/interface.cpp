@@ -165,7 +165,7 @@ static ob_signal any_signal(Random &random, Draw &draw, float (&images)[5][64], 
           table,
           count,
           draw.good_or_bad({0.0F, 12.0F, 1e6F}, {-1.0F, kNan, kInfinity}),
-          draw.good_or_bad({0.3F, 1e-30F, 1e30F, kInfinity}, {0.0F, -0.0F, -1.0F, kNan, -kInfinity}),
+          draw.good_or_bad({0.3F, 1e-6F, 1e30F, kInfinity}, {0.0F, -0.0F, 1e-30F, -1.0F, kNan, -kInfinity}),
           draw.one_of({0, 1, -7}),
           draw.threads()};
 }
