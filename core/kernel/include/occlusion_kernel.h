@@ -189,7 +189,7 @@ typedef struct ob_signal {
   const float *open_shares;
   int32_t open_share_count;
   float sharpness; /* weights fall as exp(-sharpness (1 - cos)) of the angle between normals */
-  float slope;     /* how much values are likely to change by per unit of the normal */
+  float slope;     /* how much values are likely to change by per unit of the normal: 1e-6 or more */
   int32_t plain;   /* not 0: `filtered` is `value` as it is, and `error` what its noise comes to */
   int32_t threads;
 } ob_signal;
