@@ -23,7 +23,8 @@ def _rows(record: Record, errors: Sequence[str]) -> Iterator[tuple[str, ...]]:
     for point in record.of(OURS_ERROR):
         if point.setting in errors:
             made = point.corrected(record.noise)
-            told = f"{point.told / made:.2f}" if point.told is not None and record.can_tell(point) else NONE
+            over = record.told_over_made(point)
+            told = NONE if over is None else f"{over:.2f}"
             rays = f"{(point.runs[0].rays or 0) / record.about['texels']:.1f}"
             ratios = [_ratio(record, peer, made) for peer in (CYCLES, OURS_RAYS)]
             yield record.name, point.setting, f"{point.seconds:.2f}", f"{made:.5f}", told, rays, *ratios

@@ -91,11 +91,8 @@ def _ratios(record: Record, peer: str) -> dict[str, Ratio | None]:
 
 
 def _told(record: Record) -> dict[str, float]:
-    return {
-        point.setting: point.told / point.corrected(record.noise)
-        for point in record.of(OURS_ERROR)
-        if point.setting in GOALS and point.told is not None and record.can_tell(point)
-    }
+    told = {point.setting: record.told_over_made(point) for point in record.of(OURS_ERROR) if point.setting in GOALS}
+    return {goal: over for goal, over in told.items() if over is not None}
 
 
 def _each(found: Mapping[str, Figures], peer: str) -> Iterator[tuple[Ratio | None, str, str]]:

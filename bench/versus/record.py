@@ -111,6 +111,12 @@ class Record:
         """Whether the reference is good enough for how far off a point is."""
         return point.corrected(self.noise) >= 0.5 * self.noise
 
+    def told_over_made(self, point: Point) -> float | None:
+        """What a point of ours tells of its error over what it makes; None where it tells none, or none can be told."""
+        if point.told is None or not self.can_tell(point):
+            return None
+        return point.told / point.corrected(self.noise)
+
     def of(self, baker: str) -> list[Point]:
         """A baker's points that were measured."""
         return [each for each in self.points if each.baker == baker and each.runs]

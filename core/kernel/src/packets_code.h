@@ -30,12 +30,7 @@ OB_INLINE Wide widened(float x) { return x - Wide{}; }
 OB_INLINE Wide positive(Wide x) { return x > 0.0F ? x : Wide{}; }
 
 OB_INLINE Lanes dot(const Lanes3 &a, const Lanes3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-OB_INLINE Lanes3 operator*(const Lanes3 &a, Lanes s) { return {a.x * s, a.y * s, a.z * s}; }
-OB_INLINE Lanes3 operator+(const Lanes3 &a, const Lanes3 &b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-OB_INLINE Lanes3 operator-(const Lanes3 &a, const Lanes3 &b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-OB_INLINE Lanes3 broadcast3(const float *v) { return {broadcast(v[0]), broadcast(v[1]), broadcast(v[2])}; }
 
-OB_INLINE Lanes at_most(Lanes x, Lanes bound) { return x < bound ? x : bound; }
 OB_INLINE Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 
 } // namespace

@@ -1,10 +1,11 @@
 // The filter that knows the surface: local regression over the points near one another on it. Part of packets_code.h.
 //
-// About each point a plane is fitted, by weighted least squares in the tangent plane, to the values of the points
-// around it. First by place alone, over a small neighbourhood: the guide. Then over a wide one, with weights that fall
-// where the guides differ by more than their own noise (after the joint and non-local filters of Monte Carlo
-// rendering: Bitterli et al. 2016, and Moon et al. 2014 for the fit of first order). What scatters about the plane by
-// more than the noise of its rays is detail, and goes back to the point's own value in proportion (James & Stein 1961).
+// About each point a plane is fitted, by weighted least squares, to the values of the points around it: by their place
+// in the tangent plane, and by how their normals are turned. First over a small neighbourhood: the guide. Then over a
+// wide one, with weights that fall where the guides differ by more than their own noise and the normals explain (after
+// the joint and non-local filters of Monte Carlo rendering: Bitterli et al. 2016, and Moon et al. 2014 for the fit of
+// first order). What scatters about the plane by more than the noise of its rays is detail, and goes back to the
+// point's own value in proportion (James & Stein 1961).
 #pragma once
 
 #include "packets.h"
@@ -57,15 +58,15 @@ template <int D> struct PartFrame {
   // turned. Returns how far it is `inside` the radius, 1 in the middle and 0 outside, and sets its `distance` off the
   // plane and in its normal, to which others may be added before the falloff.
   OB_INLINE Wide locate(const Sample &sample, Term<D> &term, Wide &distance) const {
-    const Wide3 d{sample.position[0] - position.x, sample.position[1] - position.y, sample.position[2] - position.z};
-    const Wide3 n{widened(sample.normal[0]), widened(sample.normal[1]), widened(sample.normal[2])};
+    const Wide3 d = widened3(sample.position) - position;
+    const Wide3 n = widened3(sample.normal);
     term.at[0] = dot(d, tangent) * per_spacing;
     term.at[1] = dot(d, bitangent) * per_spacing;
     const Wide off = dot(d, normal);
     const Wide off_other = dot(d, n);
     distance = (off * off + off_other * off_other) * flatness + sharpness * positive(1.0F - dot(normal, n));
     if constexpr (D == kByNormal) {
-      const Wide3 turn{sample.shading[0] - shading.x, sample.shading[1] - shading.y, sample.shading[2] - shading.z};
+      const Wide3 turn = widened3(sample.shading) - shading;
       term.at[2] = dot(turn, shading_tangent);
       term.at[3] = dot(turn, shading_bitangent);
     }
