@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "parallel.h"
 #include "sobol.h"
@@ -118,30 +119,52 @@ constexpr uint32_t spread_bits(uint32_t x) { // 16 bits to the even ones
 }
 
 struct Drawn {
-  uint32_t cell; // Morton code of the cell of the square, from the points' leading bits
   bool first_half;
-  Point4 point;
+  Point4 point; // its first two dimensions; all four where they are asked for
 };
 
-// One texel's rays of the chunk, sorted by cell.
-std::vector<Drawn> draw(const Plan &plan, uint32_t seed, uint32_t morton, Chunk chunk) {
-  std::vector<Drawn> drawn(static_cast<size_t>(chunk.count));
-  int bits = 0;
-  while ((1 << bits) < chunk.count) {
-    ++bits;
+// A texel's rays of the chunk, sorted by the cell of the square, in Morton order, that their points' leading bits name.
+class Draws {
+public:
+  explicit Draws(int32_t count) : count_(count) {
+    while ((1 << bits_) < count) {
+      ++bits_;
+    }
+    points_.resize(static_cast<size_t>(count));
+    sorted_.resize(static_cast<size_t>(count));
+    cells_.resize(static_cast<size_t>(count));
   }
-  const int bits_x = (bits + 1) / 2;
-  const int bits_y = bits / 2;
-  for (int32_t i = 0; i < chunk.count; ++i) {
-    const uint32_t index = morton * static_cast<uint32_t>(plan.stride) + static_cast<uint32_t>(chunk.first + i);
-    const Point4 point = scrambled_sobol(index, seed);
+
+  const std::vector<Drawn> &of(const Plan &plan, uint32_t seed, uint32_t morton, int32_t first, unsigned dimensions) {
+    starts_.assign((size_t{1} << bits_) + 1, 0);
+    const uint32_t index = morton * static_cast<uint32_t>(plan.stride) + static_cast<uint32_t>(first);
+    for (int32_t i = 0; i < count_; ++i) {
+      const auto at = static_cast<size_t>(i);
+      points_[at] = {first + i < plan.rays / 2, scrambled_sobol(index + static_cast<uint32_t>(i), seed, dimensions)};
+      cells_[at] = cell_of(points_[at].point);
+      ++starts_[cells_[at] + 1];
+    }
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+    for (size_t at = 0; at < points_.size(); ++at) {
+      sorted_[starts_[cells_[at]]++] = points_[at];
+    }
+    return sorted_;
+  }
+
+private:
+  uint32_t cell_of(const Point4 &point) const {
+    const int bits_x = (bits_ + 1) / 2;
+    const int bits_y = bits_ / 2;
     const uint32_t x = bits_x == 0 ? 0 : point.x[0] >> (32 - bits_x);
     const uint32_t y = bits_y == 0 ? 0 : point.x[1] >> (32 - bits_y);
-    drawn[static_cast<size_t>(i)] = {spread_bits(x) | (spread_bits(y) << 1), chunk.first + i < plan.rays / 2, point};
+    return spread_bits(x) | (spread_bits(y) << 1);
   }
-  std::stable_sort(drawn.begin(), drawn.end(), [](const Drawn &a, const Drawn &b) { return a.cell < b.cell; });
-  return drawn;
-}
+
+  int32_t count_;
+  int bits_ = 0;
+  std::vector<Drawn> points_, sorted_;
+  std::vector<uint32_t> cells_, starts_; // of each point, and of each cell where its points begin in the sorted ones
+};
 
 // The footprint's cell that the third and fourth dimension fall into: side x side of them.
 uint8_t footprint_point_of(const Point4 &point, int32_t side) {
@@ -192,11 +215,12 @@ void store(const TableFill &fill, const Drawn &drawn, size_t ray, int lane) {
 }
 
 void fill_group(const Plan &plan, uint32_t seed, int group, size_t base, Chunk chunk, int32_t cells,
-                const TableFill &fill) {
+                const TableFill &fill, Draws &draws) {
   Schedule &schedule = *fill.schedule;
   for (int lane = 0; lane < kLanes; ++lane) {
     const auto morton = static_cast<uint32_t>(group * kLanes + lane);
-    const std::vector<Drawn> drawn = draw(plan, seed, morton, chunk);
+    const unsigned dimensions = lane == 0 ? 4 : 2; // the footprint points are the first lane's
+    const std::vector<Drawn> &drawn = draws.of(plan, seed, morton, chunk.first, dimensions);
     for (size_t k = 0; k < drawn.size(); ++k) {
       store(fill, drawn[k], base + k, lane);
       if (cells > 0) {
@@ -261,10 +285,14 @@ void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_
   }
   const TableFill fill{maps, light, &schedule, &tables};
   run_parallel(threads, static_cast<int64_t>(plan.sets) * kGroups, [&](auto next) {
+    Draws draws(chunk.count);
     for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
+      if (!schedule.used.empty() && schedule.used[static_cast<size_t>(piece)] == 0) {
+        continue;
+      }
       const auto set = static_cast<uint32_t>(piece / kGroups);
       const size_t base = static_cast<size_t>(piece) * static_cast<size_t>(chunk.count);
-      fill_group(plan, mix(plan.seed, set), static_cast<int>(piece % kGroups), base, chunk, cells, fill);
+      fill_group(plan, mix(plan.seed, set), static_cast<int>(piece % kGroups), base, chunk, cells, fill, draws);
     }
   });
 }

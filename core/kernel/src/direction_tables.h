@@ -28,6 +28,7 @@ struct DirectionTable {
 
 // What all maps share.
 struct Schedule {
+  std::vector<uint8_t> used; // given: 1 for each group of a set that any texel takes; empty: all are
   int32_t sets = 0;
   int32_t rays = 0;                      // a texel, in this chunk
   std::vector<uint8_t> footprint_points; // which footprint point the rays of a group start from
@@ -54,7 +55,8 @@ std::vector<Chunk> chunks_of(const Plan &plan);
 
 Plan plan_rays(int32_t rays, uint64_t seed);
 
-// Fills the schedule and one table a map for the chunk's rays of every texel; in part where `control` is cancelled.
+// Fills the schedule and one table a map for the chunk's rays of every texel of the groups that are used, 0 elsewhere;
+// in part where `control` is cancelled.
 //
 // light: that of maps of OB_ACCUMULATOR_LIGHT. cells: how many of them along the square's side; 0: they are not asked
 // for.

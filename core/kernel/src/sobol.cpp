@@ -38,27 +38,43 @@ constexpr Matrix van_der_corput() {
   return matrix;
 }
 
-constexpr std::array<Matrix, 4> kSobol = {van_der_corput(), directions(1, 0, {1, 0, 0}), directions(2, 1, {1, 3, 0}),
-                                          directions(3, 1, {1, 3, 1})};
+constexpr Matrix reversed(Matrix matrix) {
+  for (uint32_t &column : matrix) {
+    column = reversed_bits(column);
+  }
+  return matrix;
+}
+
+constexpr std::array<Matrix, 4> kReversed = {reversed(van_der_corput()), reversed(directions(1, 0, {1, 0, 0})),
+                                             reversed(directions(2, 1, {1, 3, 0})),
+                                             reversed(directions(3, 1, {1, 3, 1}))};
+
+// One coordinate, its bits in reverse: what a scramble begins with.
+uint32_t reversed_sobol(uint32_t index, unsigned dimension) {
+  if (dimension == 0) {
+    return index;
+  }
+  uint32_t reversed = 0;
+  for (const uint32_t *column = kReversed[dimension].data(); index != 0; index >>= 1, ++column) {
+    reversed ^= *column & (0U - (index & 1U));
+  }
+  return reversed;
+}
 
 } // namespace
 
 Point4 sobol(uint32_t index) {
   Point4 point{};
-  for (unsigned bit = 0; bit < 32 && index >> bit != 0; ++bit) {
-    if (((index >> bit) & 1U) != 0) {
-      for (unsigned dimension = 0; dimension < 4; ++dimension) {
-        point.x[dimension] ^= kSobol[dimension][bit];
-      }
-    }
+  for (unsigned dimension = 0; dimension < 4; ++dimension) {
+    point.x[dimension] = reversed_bits(reversed_sobol(index, dimension));
   }
   return point;
 }
 
-Point4 scrambled_sobol(uint32_t index, uint32_t seed) {
-  Point4 point = sobol(index);
-  for (unsigned dimension = 0; dimension < 4; ++dimension) {
-    point.x[dimension] = owen_scramble(point.x[dimension], mix(seed, dimension));
+Point4 scrambled_sobol(uint32_t index, uint32_t seed, unsigned dimensions) {
+  Point4 point{};
+  for (unsigned dimension = 0; dimension < dimensions; ++dimension) {
+    point.x[dimension] = owen_scramble_reversed(reversed_sobol(index, dimension), mix(seed, dimension));
   }
   return point;
 }

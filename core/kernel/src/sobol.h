@@ -31,14 +31,17 @@ template <typename Bits> constexpr Bits reversed_bits(Bits x) {
 
 // A hash in which each bit depends on the bits below it alone: on reversed bits, an Owen scramble (Laine & Karras 2011,
 // Burley 2020; constants by N. Vegdahl).
-template <typename Bits> constexpr Bits owen_scramble(Bits x, Bits seed) {
-  x = reversed_bits(x);
+template <typename Bits> constexpr Bits owen_scramble_reversed(Bits x, Bits seed) { // of bits that are reversed already
   x ^= x * 0x3d20adeaU;
   x += seed;
   x *= (seed >> 16) | 1U;
   x ^= x * 0x05526c56U;
   x ^= x * 0x53a22864U;
   return reversed_bits(x);
+}
+
+template <typename Bits> constexpr Bits owen_scramble(Bits x, Bits seed) {
+  return owen_scramble_reversed(reversed_bits(x), seed);
 }
 
 constexpr float to_unit(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24F; } // [0, 1)
@@ -53,6 +56,7 @@ struct Point4 {
 Point4 sobol(uint32_t index);
 
 // The same with each dimension scrambled by a nested uniform (Owen) permutation drawn from the seed; still such nets.
-Point4 scrambled_sobol(uint32_t index, uint32_t seed);
+// dimensions: so many are made, the others are 0.
+Point4 scrambled_sobol(uint32_t index, uint32_t seed, unsigned dimensions = 4);
 
 } // namespace ob

@@ -1,6 +1,7 @@
 // From the texels of a surface to groups of sixteen, ready for the rays.
 #pragma once
 
+#include "direction_tables.h"
 #include "footprint.h"
 #include "occlusion_kernel.h"
 #include "packets.h"
@@ -13,6 +14,12 @@ struct Texel {
 
 // Where the group's lanes lie: the group is a quarter of the tile, the lanes in Morton order.
 Texel texel_of(int32_t tile_x, int32_t tile_y, int group, int lane);
+
+// The group of its tile that a texel belongs to.
+inline uint32_t group_of(Texel texel) {
+  const auto half = [](int32_t at) { return static_cast<uint32_t>(at) / (kTile / 2) % 2U; };
+  return half(texel.x) | (half(texel.y) << 1);
+}
 
 // The texels that a bake takes: all that are owned, tile by tile, or those of a list, 64 to a tile, in its order.
 struct TexelSelection {

@@ -53,7 +53,8 @@ struct TraceJob {
   Plan plan;
   std::vector<Chunk> chunks;
   TexelSelection selection;
-  std::vector<int32_t> tiles; // those with a texel to bake
+  std::vector<int32_t> tiles;       // those with a texel to bake
+  std::vector<uint8_t> tile_groups; // of each of them, a bit for each group with such a texel
   int64_t texels;
   const float *tangents = nullptr; // of listed texels whose cells are asked for
   float *cells = nullptr;
@@ -79,6 +80,16 @@ TraceFunction choose_trace(const PacketCode &code, int width) {
   return code.trace[index];
 }
 
+// What the place of a tile decides: which set of directions it takes, and what turns it.
+uint32_t hash_of(const TraceJob &job, int32_t tile) {
+  const bool listed = job.selection.list != nullptr;
+  const int32_t x = listed ? tile : tile % job.selection.tiles_wide;
+  const int32_t y = listed ? -1 : tile / job.selection.tiles_wide;
+  return mix(mix(job.plan.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y));
+}
+
+size_t set_of(const TraceJob &job, uint32_t hash) { return hash % static_cast<uint32_t>(job.plan.sets); }
+
 // One thread's work on one chunk of rays.
 class Worker {
 public:
@@ -88,11 +99,8 @@ public:
         pattern_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)} {}
 
   void trace_tile(int32_t tile) {
-    const bool listed = job_.selection.list != nullptr;
-    const int32_t x = listed ? tile : tile % job_.selection.tiles_wide;
-    const int32_t y = listed ? -1 : tile / job_.selection.tiles_wide;
-    const uint32_t hash = mix(mix(job_.plan.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y));
-    set_ = hash % static_cast<uint32_t>(schedule_.sets);
+    const uint32_t hash = hash_of(job_, tile);
+    set_ = set_of(job_, hash);
     const float turn = 6.28318531F * to_unit(mix(hash, 1U));
     cos_turn_ = std::cos(turn);
     sin_turn_ = std::sin(turn);
@@ -246,17 +254,18 @@ void find_tiles(TraceJob &job) {
     const int64_t tiles = (job.texels + kGroups * kLanes - 1) / (kGroups * kLanes);
     job.tiles.resize(static_cast<size_t>(tiles));
     std::iota(job.tiles.begin(), job.tiles.end(), 0);
+    job.tile_groups.assign(job.tiles.size(), (1U << kGroups) - 1U);
     return;
   }
   const int32_t tiles_wide = job.selection.tiles_wide;
   const int32_t tiles_high = (surface.height + kTile - 1) / kTile;
-  std::vector<uint8_t> used(static_cast<size_t>(tiles_wide) * static_cast<size_t>(tiles_high));
+  std::vector<uint8_t> used(static_cast<size_t>(tiles_wide) * static_cast<size_t>(tiles_high)); // groups, a bit each
   for (int32_t y = 0; y < surface.height; ++y) {
     const int32_t *row = surface.owner + static_cast<int64_t>(y) * surface.width;
     uint8_t *used_row = used.data() + static_cast<int64_t>(y / kTile) * tiles_wide;
     for (int32_t x = 0; x < surface.width; ++x) {
       if (row[x] >= 0) {
-        used_row[x / kTile] = 1;
+        used_row[x / kTile] = static_cast<uint8_t>(used_row[x / kTile] | (1U << group_of({x, y})));
         ++job.texels;
       }
     }
@@ -264,8 +273,21 @@ void find_tiles(TraceJob &job) {
   for (size_t tile = 0; tile < used.size(); ++tile) {
     if (used[tile] != 0) {
       job.tiles.push_back(static_cast<int32_t>(tile));
+      job.tile_groups.push_back(used[tile]);
     }
   }
+}
+
+// Which groups of the sets any tile takes: a small image takes few of them.
+std::vector<uint8_t> used_groups(const TraceJob &job) {
+  std::vector<uint8_t> used(static_cast<size_t>(job.plan.sets) * kGroups);
+  for (size_t i = 0; i < job.tiles.size(); ++i) {
+    const size_t first = set_of(job, hash_of(job, job.tiles[i])) * kGroups;
+    for (size_t group = 0; group < kGroups; ++group) {
+      used[first + group] |= static_cast<uint8_t>((job.tile_groups[i] >> group) & 1U);
+    }
+  }
+  return used;
 }
 
 void clear_sums(const TraceJob &job) {
@@ -313,6 +335,7 @@ int32_t trace(TraceJob &job) {
   begin(job.control, job.texels * job.settings.rays * job.map_count);
   const int threads = thread_count(job.settings.threads);
   Schedule schedule;
+  schedule.used = used_groups(job);
   std::vector<DirectionTable> tables;
   for (size_t chunk = 0; chunk < job.chunks.size() && !cancelled(job.control); ++chunk) {
     const int64_t start = cycles();
@@ -436,7 +459,7 @@ int32_t trace_selection(ob_scene *scene, const ob_surface *surface, const ob_tra
   }
   const TexelSelection selection{*surface, texels, count, (surface->width + kTile - 1) / kTile};
   TraceJob job{scene->embree_scene, *surface,  chosen, maps, map_count, sums, halves, control, plan,
-               chunks_of(plan),     selection, {},     0};
+               chunks_of(plan),     selection, {},     {},   0};
   return trace(job);
 }
 
@@ -459,9 +482,8 @@ int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_s
   Plan plan = plan_rays(chosen.rays, chosen.seed);
   plan.sets = std::min(plan.sets, kListSets);
   const TexelSelection selection{*surface, texels, count, 1};
-  TraceJob job{
-      scene->embree_scene, *surface, chosen, &kHemisphere, 1,     nullptr, nullptr, control, plan, chunks_of(plan),
-      selection,           {},       0,      tangents,     cells, side};
+  TraceJob job{scene->embree_scene, *surface,  chosen, &kHemisphere, 1, nullptr,  nullptr, control, plan,
+               chunks_of(plan),     selection, {},     {},           0, tangents, cells,   side};
   return trace(job);
 }
 
