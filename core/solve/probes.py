@@ -18,7 +18,7 @@ from ..rays.accumulators import Accumulator, directions
 
 MOST, FEWEST, SHARE = 4096, 256, 4  # probes: one texel of SHARE, but between these, and no more than there are
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
-FEWEST_LANE_RAYS, MOST_LANE_RAYS = 8, 512
+FEWEST_LANE_RAYS, MOST_LANE_RAYS = 4, 512
 _MOST_DOUBT = 0.1  # of a wanted square
 _BAND = 1 << 20  # texels that are looked at together when probes are placed: bounds the memory
 
@@ -136,7 +136,7 @@ def place(expected: Floats, covered: Flags, seed: int) -> tuple[Longs, Doubles]:
 
 
 def rays_for(error: float) -> int:
-    """Rays of a lane, for a map of about this error: a probe's own noise is then some two times that.
+    """Rays of a lane, for a map of about this error: a probe's own noise is then one to three times that.
 
     By the error of plain rays on the samples, 0.048 at 16 and falling as N^-0.75.
     """

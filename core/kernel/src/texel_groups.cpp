@@ -216,6 +216,24 @@ namespace {
 // All but the footprint points, which are spread over all lanes: half the group, and not small.
 void clear(TexelGroup &group) { std::memset(static_cast<void *>(&group), 0, offsetof(TexelGroup, point_x)); }
 
+// A list may name one texel in all lanes. Ray k of each lane goes into one cell of directions, and starts in one cell
+// of the footprint: alike in all lanes, a direction would be looked in from one part of the texel alone. So lanes begin
+// with cells of their own, those that complete each other's directions with the same.
+void turn_cells(int points, TexelGroup &out) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const int turn = lane * points / kLanes;
+    for (Lanes *at : {out.point_x, out.point_y}) {
+      float own[kMostFootprintPoints];
+      for (int point = 0; point < points; ++point) {
+        own[point] = at[point][lane];
+      }
+      for (int point = 0; point < points; ++point) {
+        at[point][lane] = own[(point + turn) % points];
+      }
+    }
+  }
+}
+
 } // namespace
 
 int gather_group(const TexelSelection &selection, int32_t tile, int group, const FootprintPattern &pattern,
@@ -245,6 +263,9 @@ int gather_group(const TexelSelection &selection, int32_t tile, int group, const
   }
   const Point4 point = sobol(pattern.index);
   code.spread_points(out, pattern.side, point.x[0], point.x[1]);
+  if (selection.list != nullptr) {
+    turn_cells(pattern.side * pattern.side, out);
+  }
   Footprint footprint;
   for (int lane = 0; lane < kLanes; ++lane) {
     if (entry[lane].texel < 0) {
