@@ -37,7 +37,7 @@ MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the e
 _AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
 _EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 _PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
-_DOUBTED = 0.25  # of a measured square may be its doubt, or it is measured again by twice the rays
+_DOUBTED = 0.15  # of a measured square may be its doubt, or it is measured again by twice the rays
 
 
 @dataclass(frozen=True)

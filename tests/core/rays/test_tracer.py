@@ -14,7 +14,7 @@ from occlusion_bake.core.rays.map_spec import AO, Axis, MapSpec, Sampler, reflec
 from occlusion_bake.core.rays.ray_options import RayOptions
 from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.rays.trace_scene import Geometry, TraceScene
-from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace
+from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace, trace_texels
 from occlusion_bake.core.scene.scene import Camera, Instance
 from occlusion_bake.core.scene.world_mesh import WorldMesh, world_mesh
 from occlusion_bake.core.texels.rasterize import owners_by_centre, rasterize
@@ -302,3 +302,17 @@ def test_a_smooth_normal_tilts_the_hemisphere_and_no_more() -> None:
     assert min(below) > 0.9  # (1 + cos 30°) / 2 = 0.933 where a ray below met its own sheet
     closed = built(sheet, world_mesh(Instance("floor", shapes.plane(64.0, -1e-3), np.eye(4)), ORIGIN))
     assert_mean([values(closed, seed).mean() for seed in range(16)], (1 + np.sqrt(0.75)) / 2)
+
+
+@pytest.mark.parametrize("count", [4, 16])
+def test_a_texel_in_all_lanes_looks_into_each_direction_from_all_its_parts(count: int) -> None:
+    """A tall wall through the middle of it leaves half of the light to every point, but each direction to one side of
+    the texel alone: rays that all leave to a direction from one part of it would be far off."""
+    floor = shapes.plane(0.5)
+    wall = shapes.quad((0, -1e4, 0), (0, 2e4, 0), (0, 0, 1e4))
+    mesh, other = (world_mesh(shapes.instance(each), ORIGIN) for each in (floor, wall))
+    surface = TexelSurface(mesh, np.zeros((1, 1), dtype=np.int32))
+    texels = np.zeros(16 * 1024, dtype=np.int64)
+    sums = trace_texels(built(mesh, other), surface, texels, (AO,), TraceOptions(count))[0]
+    off = sums.reshape(-1, 16).sum(axis=1) / (16 * count) - 0.5
+    assert np.sqrt(np.mean(off**2)) < 0.45 / np.sqrt(16 * count)  # of independent rays: 0.5
