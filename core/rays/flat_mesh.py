@@ -15,7 +15,7 @@ from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..scene.cutout import Cutout
 from ..scene.parts import Part
 from ..scene.scene import Instance
-from ..scene.world_mesh import WorldMesh, mirrors, world_mesh, world_surface
+from ..scene.world_mesh import WorldMesh, mirrors, world_shape, world_surface
 
 _LONGEST = 8.0  # radii of the part: edges up to here are left as they are
 
@@ -42,7 +42,7 @@ class FlatMesh:
 
 def flat_mesh(instance: Instance, part: Part) -> FlatMesh:
     """About the part's origin; outward even under a mirroring matrix."""
-    return _flattened(world_mesh(instance, part.origin), instance, part, level=False)
+    return _flattened(world_shape(instance, part.origin), instance, part, level=False)
 
 
 def flat_cutout(instance: Instance, flat: FlatMesh) -> Cutout | None:

@@ -57,16 +57,26 @@ def world_mesh(instance: Instance, origin: Doubles) -> WorldMesh:
     the inverse transpose; a matrix that flattens the mesh has none, and the faces become flat.
     """
     mesh, linear = instance.mesh, instance.matrix[:3, :3]
-    shift = instance.matrix[:3, 3] - origin
-    vertices = (mesh.vertices.astype(np.float64) @ linear.T + shift).astype(np.float32)
-    order = [0, 2, 1] if mirrors(instance) else [0, 1, 2]
-    triangles = np.ascontiguousarray(mesh.triangles[:, order], dtype=np.int32)
+    bare, order = world_shape(instance, origin), _order(instance)
     uv = None if mesh.uv is None else np.ascontiguousarray(mesh.uv[:, order], dtype=np.float32)
     normals = None
     if mesh.normals is not None and np.linalg.det(linear) != 0.0:
         normals = transformed_normals(mesh.normals, linear)[:, order]
         normals = np.ascontiguousarray(normals, dtype=np.float32)
-    return WorldMesh(vertices, triangles, uv, normals)
+    return replace(bare, uv=uv, normals=normals)
+
+
+def world_shape(instance: Instance, origin: Doubles) -> WorldMesh:
+    """The same without UVs and normals: what an occluder is."""
+    mesh, linear = instance.mesh, instance.matrix[:3, :3]
+    shift = instance.matrix[:3, 3] - origin
+    vertices = (mesh.vertices.astype(np.float64) @ linear.T + shift).astype(np.float32)
+    return WorldMesh(vertices, np.ascontiguousarray(mesh.triangles[:, _order(instance)], dtype=np.int32))
+
+
+def _order(instance: Instance) -> list[int]:
+    """Of a triangle's corners."""
+    return [0, 2, 1] if mirrors(instance) else [0, 1, 2]
 
 
 def world_surface(instance: Instance, origin: Doubles) -> WorldMesh:
