@@ -17,7 +17,7 @@ import numpy as np
 from ...core.base.arrays import Doubles, Ints
 
 _SOURCES = Path(__file__).resolve().parents[2] / "core" / "kernel" / "src"
-_FILES = ("packets.h", "filter_fit_code.h", "filter_samples_code.h", "surface_filter_code.h")
+_FILES = ("packets.h", "filter_fit_code.h", "filter_frames_code.h", "filter_samples_code.h", "surface_filter_code.h")
 
 
 @cache

@@ -21,8 +21,9 @@ template <int D> struct Moments {
   Lanes at[D], value_at[D];
   Lanes products[D][D]; // the lower half
   Lanes noise;          // of w times the variance of the value
-  Lanes unit_noise;     // and times what that is at precision 1
+  Lanes unit_noise;     // and times what that is at precision 1, where that is asked for
   Lanes ww, spread;     // of w², and of that times the variance
+  Lanes origin[D];      // where the points stand, of what places are told by
 };
 
 template <int D> struct Fit {
@@ -35,15 +36,24 @@ template <int D> struct Fit {
   Lanes squares;  // about the sum of the squared shares of all points
 };
 
-// What one sample brings to the fits of some of the points. v: the mean of its points; scatter: their mean square about
-// it. w: the sum of their weights. variance: of each; unit_noise: at precision 1.
-template <int D> struct Term {
-  Wide w, at[D], v, variance;
-  float unit_noise, scatter, per_count;
+// What tells where a sample is: of those in one plane a number for all points, else one for each of them.
+template <int D> struct Coordinate {
+  using Type = Wide;
+};
+template <> struct Coordinate<kByPlace> {
+  using Type = float;
 };
 
-// The moments of as many points as a register holds.
-template <int D> struct Sums {
+// What one sample brings to the fits of some of the points. v: the mean of its points; scatter: their mean square about
+// it. w: the sum of their weights, each of which is `each`. variance: of each; unit_noise: at precision 1.
+template <int D> struct Term {
+  Wide w, each, v, variance;
+  typename Coordinate<D>::Type at[D];
+  float unit_noise, scatter;
+};
+
+// The moments of as many points as a register holds. kUnitNoise: whether that is asked for.
+template <int D, bool kUnitNoise> struct Sums {
   Wide w, v, vv, at[D], value_at[D], products[D * (D + 1) / 2], noise, unit_noise, ww, spread;
 
   // Two at a time: the sums are read and written half as often.
@@ -57,15 +67,17 @@ template <int D> struct Sums {
       const Wide at_a = a.w * a.at[i];
       const Wide at_b = b.w * b.at[i];
       at[i] += at_a + at_b;
-      value_at[i] += at_a * a.v + at_b * b.v;
+      value_at[i] += value_a * a.at[i] + value_b * b.at[i];
       for (int j = 0; j <= i; ++j) {
         products[i * (i + 1) / 2 + j] += at_a * a.at[j] + at_b * b.at[j];
       }
     }
     noise += a.w * a.variance + b.w * b.variance;
-    unit_noise += a.w * a.unit_noise + b.w * b.unit_noise;
-    const Wide squared_a = a.w * a.w * a.per_count;
-    const Wide squared_b = b.w * b.w * b.per_count;
+    if constexpr (kUnitNoise) {
+      unit_noise += a.w * a.unit_noise + b.w * b.unit_noise;
+    }
+    const Wide squared_a = a.w * a.each;
+    const Wide squared_b = b.w * b.each;
     ww += squared_a + squared_b;
     spread += squared_a * a.variance + squared_b * b.variance;
   }
@@ -143,6 +155,9 @@ template <int D> Fit<D> fitted(const Moments<D> &m, Lanes variance_scale, float 
   decompose(matrix);
   Fit<D> fit{};
   Lanes solved_mean[D];
+  for (int i = 0; i < D; ++i) { // from here on the points are the origin
+    mean[i] -= m.origin[i];
+  }
   solve(matrix, value_covariance, fit.slope);
   solve(matrix, mean, solved_mean);
   Lanes leverage = broadcast(1.0F);

@@ -109,6 +109,7 @@ bool are_guides_even(const Sample &each, const Sample &mean) {
 void gather_values(const Neighbours &neighbours, int64_t index, const Passes &passes) {
   const Signal &signal = passes.signals[index];
   Samples &samples = passes.samples[index];
+  uint32_t uneven = 0;
   samples = {};
   for (int quad = 0; quad < kQuads; ++quad) {
     Sample points[4];
@@ -127,7 +128,7 @@ void gather_values(const Neighbours &neighbours, int64_t index, const Passes &pa
       even = even && is_even(points[i], mean, neighbours.clusters[index].spacing, neighbours.sharpness);
     }
     if (!even || mean.scatter * mean.precision > kEvenValues * mean.noise) {
-      samples.uneven |= 0xFU << (4 * quad);
+      uneven |= 0xFU << (4 * quad);
     }
   }
   for (const Sample &quad : samples.quads) {
@@ -135,6 +136,7 @@ void gather_values(const Neighbours &neighbours, int64_t index, const Passes &pa
       add_sample(quad, share_in(quad, samples.whole), samples.whole);
     }
   }
+  passes.uneven[index] = static_cast<uint16_t>(uneven);
 }
 
 // The guides of a quad's points into its mean; returns whether they may be taken for one another.
@@ -157,11 +159,11 @@ bool join_guides(const Neighbours &neighbours, int64_t index, const Signal &sign
 void gather_guides(const Neighbours &neighbours, int64_t index, const Passes &passes) {
   const Signal &signal = passes.signals[index];
   Samples &samples = passes.samples[index];
-  samples.uneven = 0;
+  uint32_t uneven = 0;
   for (int quad = 0; quad < kQuads; ++quad) {
     Sample &mean = samples.quads[quad];
     if (!join_guides(neighbours, index, signal, quad, mean)) {
-      samples.uneven |= 0xFU << (4 * quad);
+      uneven |= 0xFU << (4 * quad);
     }
     if (mean.count > 0.0F) {
       add_guide(mean, share_in(mean, samples.whole), samples.whole);
@@ -172,6 +174,7 @@ void gather_guides(const Neighbours &neighbours, int64_t index, const Passes &pa
       add_scatter(quad, share_in(quad, samples.whole), samples.whole);
     }
   }
+  passes.uneven[index] = static_cast<uint16_t>(uneven);
 }
 
 } // namespace

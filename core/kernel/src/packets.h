@@ -12,8 +12,9 @@
 
 namespace ob {
 
-constexpr int kLanes = 16;               // texels of a group: a 4 x 4 block, in Morton order
-constexpr float kFilterRadius = 9.0F;    // in spacings
+constexpr int kLanes = 16;            // texels of a group: a 4 x 4 block, in Morton order
+constexpr float kFilterRadius = 9.0F; // in spacings
+constexpr float kGuideRadius = 3.0F;
 constexpr int kMostFootprintPoints = 36; // footprint points of a texel in one chunk of rays, at most
 
 // Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set. Their alignment is
@@ -126,8 +127,8 @@ struct Signal {
   Lanes residual_variance; // variance of the map about the first fit
 };
 
-// What a point's neighbours are fitted by: one point, or several with the means of all they have.
-struct Sample {
+// What a point's neighbours are fitted by: one point, or several with the means of all they have. A line of the cache.
+struct alignas(64) Sample {
   float position[3], normal[3];
   float shading[3]; // the normal that the texel is shaded by, unlike the mesh's where it has one of its own
   float value, noise, precision, guide, guide_error;
@@ -140,15 +141,25 @@ constexpr int kQuads = kLanes / 4; // in a cluster: 2 x 2 texels, four lanes in 
 // A cluster as samples: the nearer it is, the more of them it takes.
 struct Samples {
   Sample quads[kQuads], whole;
-  uint32_t uneven; // a bit for each lane of quads whose points are too different to be taken for one another nearby
 };
+
+// How a cluster is asked by another one near it: its index, and above that whether as a whole, by its quads, by its
+// points where those are uneven, or by all points; and whether the guide asks it.
+using Asked = uint32_t;
+constexpr Asked kAskedIndex = (1U << 28U) - 1U; // clusters are half a KB each
+constexpr Asked kAskedByGuide = 1U << 28U;
+constexpr Asked kAskedHow = 3U << 29U;
+constexpr Asked kAskedWhole = 0U << 29U;
+constexpr Asked kAskedQuads = 1U << 29U;
+constexpr Asked kAskedUneven = 2U << 29U;
+constexpr Asked kAskedPoints = 3U << 29U;
 
 // Clusters and, for each, those near it: near[first[i]] to near[first[i + 1] - 1], itself among them.
 struct Neighbours {
   const Cluster *clusters;
   const int64_t *first;
-  const int32_t *near;
-  const uint8_t *flat;         // of each cluster: it and those near it have one normal
+  const Asked *near;
+  const uint8_t *flat;         // of each cluster: it and those near it lie in planes of one normal
   const Lanes3 *texel_normals; // of each, the normals that texels have of their own; NULL: they have none
   float sharpness;             // how fast weights fall as normals turn away: exp(-sharpness (1 - cos))
   float per_slope2;            // 1 over the square of what values are likely to change by per unit of the normal
@@ -163,6 +174,7 @@ struct NormalSlopes {
 struct Passes {
   Signal *signals;
   Samples *samples;
+  uint16_t *uneven; // a bit for each lane of quads whose points are too different to be taken for one another nearby
   NormalSlopes *normal_slopes;
 };
 

@@ -36,7 +36,9 @@ OB_INLINE Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 } // namespace
 } // namespace ob
 
+#include "filter_asking_code.h"
 #include "filter_fit_code.h"
+#include "filter_frames_code.h"
 #include "filter_samples_code.h"
 #include "frames_code.h"
 #include "rays_code.h"

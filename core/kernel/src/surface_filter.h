@@ -66,8 +66,8 @@ struct ob_filter {
   std::vector<ob::Lanes3> texel_normals;    // of each, the texels' own normals, where they have any
   std::vector<ob::LanesOf> horizon_cosines; // of each, between the texels' shading normals and their triangles
   std::vector<int64_t> first;               // one more than there are clusters
-  std::vector<int32_t> near;
-  std::vector<uint8_t> flat; // of each: it and those near it have one normal
+  std::vector<ob::Asked> near;
+  std::vector<uint8_t> flat; // of each: it and those near it lie in planes of one normal
 };
 
 namespace ob {

@@ -102,9 +102,10 @@ struct FilteredRow {
   std::vector<ob::Cluster> clusters = std::vector<ob::Cluster>(kCount);
   std::vector<ob::Signal> signals = std::vector<ob::Signal>(kCount);
   std::vector<ob::Samples> samples = std::vector<ob::Samples>(kCount);
+  std::vector<uint16_t> uneven = std::vector<uint16_t>(kCount);
   std::vector<ob::NormalSlopes> slopes = std::vector<ob::NormalSlopes>(kCount);
   std::vector<int64_t> first;
-  std::vector<int32_t> near;
+  std::vector<ob::Asked> near;
   std::vector<uint8_t> flat;
   Lanes results[2 * kCount] = {}; // each cluster's values and errors
 
@@ -113,8 +114,11 @@ struct FilteredRow {
     for (size_t i = 0; i < kCount; ++i) {
       fill_cluster(random, i, turns);
       first.push_back(static_cast<int64_t>(near.size()));
-      for (int32_t other = 0; other < static_cast<int32_t>(kCount); ++other) {
-        near.push_back(other);
+      for (size_t other = 0; other < kCount; ++other) {
+        const size_t apart = std::max(i, other) - std::min(i, other);
+        const ob::Asked how[] = {ob::kAskedPoints | ob::kAskedByGuide, ob::kAskedUneven | ob::kAskedByGuide,
+                                 ob::kAskedQuads, ob::kAskedWhole};
+        near.push_back(static_cast<ob::Asked>(other) | how[std::min<size_t>(apart, 3)]);
       }
     }
     first.push_back(static_cast<int64_t>(near.size()));
@@ -142,7 +146,7 @@ struct FilteredRow {
 
   void run(const PacketCode &code) {
     const ob::Neighbours neighbours{clusters.data(), first.data(), near.data(), flat.data(), nullptr, 12.0F, 11.0F};
-    const ob::Passes passes{signals.data(), samples.data(), slopes.data()};
+    const ob::Passes passes{signals.data(), samples.data(), uneven.data(), slopes.data()};
     for (const auto pass : {code.gather_values, code.compute_guide, code.gather_guides}) {
       for (int64_t i = 0; i < static_cast<int64_t>(kCount); ++i) {
         pass(neighbours, i, passes);
