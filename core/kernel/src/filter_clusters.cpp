@@ -218,9 +218,9 @@ void find_clusters(const ob_surface &surface, int32_t threads, ob_control *contr
       advance(control, 1);
     }
   });
-  filter.clusters = joined(clusters);
-  filter.texel_normals = joined(texel_normals);
-  filter.horizon_cosines = joined(horizon_cosines);
+  filter.clusters = joined(clusters, threads);
+  filter.texel_normals = joined(texel_normals, threads);
+  filter.horizon_cosines = joined(horizon_cosines, threads);
 }
 
 } // namespace ob

@@ -114,7 +114,7 @@ void append_near(const Bounds &own, Candidates &candidates, std::vector<std::pai
 // Clusters in cubic cells, a grid for each power of two of their spacing, as a list sorted by cell.
 class Grid {
 public:
-  explicit Grid(const std::vector<Cluster> &clusters) {
+  explicit Grid(const Uncleared<Cluster> &clusters) {
     entries_.reserve(clusters.size());
     for (size_t i = 0; i < clusters.size(); ++i) {
       entries_.push_back(bounds_of(clusters[i], static_cast<uint32_t>(i)));

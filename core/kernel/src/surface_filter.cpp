@@ -53,18 +53,12 @@ void write_result(const Cluster &cluster, const Lanes &value, const Lanes &error
   }
 }
 
-// So many of them, not cleared: passes fill them in, each thread what it works on.
-template <typename Each> std::unique_ptr<Each[]> uncleared(size_t count) { // NOLINT(modernize-avoid-c-arrays)
-  return std::unique_ptr<Each[]>(new Each[count]);                         // NOLINT(modernize-avoid-c-arrays)
-}
-
 // The passes over all clusters of one map.
 class Application {
 public:
   Application(const ob_filter &filter, const ob_signal &images, ob_control *control)
-      : filter_(filter), images_(images), control_(control), signals_(uncleared<Signal>(filter.clusters.size())),
-        samples_(uncleared<Samples>(filter.clusters.size())), uneven_(filter.clusters.size()),
-        slopes_(uncleared<NormalSlopes>(filter.clusters.size())),
+      : filter_(filter), images_(images), control_(control), signals_(filter.clusters.size()),
+        samples_(filter.clusters.size()), uneven_(filter.clusters.size()), slopes_(filter.clusters.size()),
         neighbours_{filter.clusters.data(),
                     filter.first.data(),
                     filter.near.data(),
@@ -72,7 +66,7 @@ public:
                     filter.texel_normals.empty() ? nullptr : filter.texel_normals.data(),
                     images.sharpness,
                     1.0F / (images.slope * images.slope)},
-        passes_{signals_.get(), samples_.get(), uneven_.data(), slopes_.get()} {}
+        passes_{signals_.data(), samples_.data(), uneven_.data(), slopes_.data()} {}
 
   void run() {
     const bool filters = images_.plain == 0;
@@ -98,7 +92,7 @@ private:
   // What values are parts of, and the values in parts of it.
   void find_shares() {
     const size_t count = filter_.clusters.size();
-    shares_ = uncleared<LanesOf>(count);
+    shares_.resize(count);
     std::vector<Following> following(count);
     for_all([&](size_t i) {
       shares_[i].of = open_shares(images_, filter_.horizon_cosines[i].of);
@@ -138,12 +132,12 @@ private:
   const ob_signal &images_;
   ob_control *control_;
   const PacketCode &code_ = choose_code(kLanes);
-  std::unique_ptr<Signal[]> signals_; // NOLINT(modernize-avoid-c-arrays)
+  Uncleared<Signal> signals_;
   bool in_parts_ = false;
-  std::unique_ptr<LanesOf[]> shares_;  // NOLINT(modernize-avoid-c-arrays): what values are parts of, where they are
-  std::unique_ptr<Samples[]> samples_; // NOLINT(modernize-avoid-c-arrays)
-  std::vector<uint16_t> uneven_;
-  std::unique_ptr<NormalSlopes[]> slopes_; // NOLINT(modernize-avoid-c-arrays)
+  Uncleared<LanesOf> shares_; // what values are parts of, where they are
+  Uncleared<Samples> samples_;
+  Uncleared<uint16_t> uneven_;
+  Uncleared<NormalSlopes> slopes_;
   Neighbours neighbours_;
   Passes passes_;
 };

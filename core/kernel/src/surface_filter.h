@@ -8,6 +8,7 @@
 #include "packets.h"
 #include "parallel.h"
 #include "status.h"
+#include "uncleared.h"
 
 namespace ob {
 
@@ -28,18 +29,24 @@ inline float distance2(const float *a, const float *b) {
 
 inline float dot3(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// Takes the parts apart as it goes, so that there are never two of all.
-template <typename Item> std::vector<Item> joined(std::vector<std::vector<Item>> &parts) {
+// All items of the parts, put together by all threads. Takes the parts apart as it goes, so that there are never two of
+// all.
+template <typename Item> Uncleared<Item> joined(std::vector<std::vector<Item>> &parts, int32_t threads) {
+  std::vector<size_t> first;
   size_t count = 0;
   for (const auto &part : parts) {
+    first.push_back(count);
     count += part.size();
   }
-  std::vector<Item> all;
-  all.reserve(count);
-  for (auto &part : parts) {
-    all.insert(all.end(), part.begin(), part.end());
-    part = {};
-  }
+  Uncleared<Item> all;
+  all.resize(count);
+  run_parallel(thread_count(threads), static_cast<int64_t>(parts.size()), [&](auto next) {
+    for (int64_t i = next(); i >= 0; i = next()) {
+      auto &part = parts[static_cast<size_t>(i)];
+      std::copy(part.begin(), part.end(), all.data() + first[static_cast<size_t>(i)]);
+      part = {};
+    }
+  });
   return all;
 }
 
@@ -62,11 +69,11 @@ template <typename Body> void for_clusters(size_t count, int32_t threads, ob_con
 
 struct ob_filter {
   ob_slab slab; // clusters in it are filtered, the others looked at
-  std::vector<ob::Cluster> clusters;
-  std::vector<ob::Lanes3> texel_normals;    // of each, the texels' own normals, where they have any
-  std::vector<ob::LanesOf> horizon_cosines; // of each, between the texels' shading normals and their triangles
-  std::vector<int64_t> first;               // one more than there are clusters
-  std::vector<ob::Asked> near;
+  ob::Uncleared<ob::Cluster> clusters;
+  ob::Uncleared<ob::Lanes3> texel_normals;    // of each, the texels' own normals, where they have any
+  ob::Uncleared<ob::LanesOf> horizon_cosines; // of each, between the texels' shading normals and their triangles
+  std::vector<int64_t> first;                 // one more than there are clusters
+  ob::Uncleared<ob::Asked> near;
   std::vector<uint8_t> flat; // of each: it and those near it lie in planes of one normal
 };
 
