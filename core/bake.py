@@ -25,7 +25,7 @@ from .scene.checks import check_target, zero_area
 from .scene.parts import Part, parts_of
 from .scene.scene import Camera, Instance, Scene
 from .settings import Settings
-from .solve.solver import Goal
+from .solve.goal import Goal
 from .texels import flipped_faces, interior
 from .texels.high_to_low import missed_warning
 from .texels.rasterize import Texels, rasterize

@@ -14,17 +14,26 @@ from .base.kernel_api import Control
 from .base.timing import Stopwatch
 from .progress import Stages
 from .rays.accumulators import Accumulator
-from .rays.map_spec import MapSpec, count_images, image_slices
+from .rays.map_spec import Axis, MapSpec, count_images, image_slices
 from .rays.texel_surface import TexelSurface
 from .rays.trace_scene import TraceScene
 from .rays.tracer import CHUNK_RAYS, Sums, TraceOptions, trace, trace_texels
 from .solve import horizon
-from .solve.solver import Goal, Solved, first_rays, solve
+from .solve.adaptive_sampler import missed_share
+from .solve.goal import Goal, first_rays
+from .solve.solver import Solved, begin, estimate, estimate_from, solve, solve_from
 from .solve.surface_filter import SurfaceFilter
+from .solve.upsample import Estimates, Upsampled, upsampled
 from .spherical.lobe import open_horizon
 
 # Seeds of rounds, of probes and of codes, so many apart.
-_NEXT_SEED, _PROBES, _CODES = 0x9E3779B97F4A7C15, 1 << 20, 1 << 21
+_NEXT_SEED, _PROBES, _CODES, _LEVELS = 0x9E3779B97F4A7C15, 1 << 20, 1 << 21, 1 << 22
+
+# Where texels are finer than what changes, an image half as wide and high tells most of a map, and one half as wide of
+# that. With fewer texels of its own such an image would be too coarse for what most meshes have of detail.
+LEAST_TEXELS = 1 << 18
+COARSER = 0.92  # of the error that is wanted: what each halving leaves for what the coarser image misses
+MOST_MISSED = 0.5  # of the texels may need rays of their own
 
 
 @dataclass(eq=False)
@@ -38,11 +47,73 @@ class MapTracer:
     goal: Goal
     stages: Stages
     clock: Stopwatch
+    level: int = 0  # how often the image was halved
 
     def solve(self, specs: Sequence[MapSpec]) -> list[Solved]:
-        """All maps. Their first round is traced together."""
+        """All maps."""
         if not specs:
             return []
+        owner, sources = self.surface.owner, self._sources(specs)
+        if (told := self._told(specs)) is not None:
+            with self.clock.stage("solve"):
+                return [solve_from(told.pop(0), owner, self.goal, self.seed, source) for source in sources]
+        openings = self._openings(specs)
+        with self.clock.stage("solve"):
+            return [solve(openings.pop(0), owner, self.goal, self.seed, source) for source in sources]
+
+    def _sources(self, specs: Sequence[MapSpec]) -> list[_RaysOfMap]:
+        return [_RaysOfMap(self, spec) for spec in specs]
+
+    def _told(self, specs: Sequence[MapSpec]) -> list[Upsampled] | None:
+        """All maps as an image half as wide and high tells them; None where it does not pay."""
+        if not self._may_be_halved(specs):
+            return None
+        assert self.goal.error is not None
+        goal = replace(self.goal, error=COARSER * self.goal.error)
+        return replace(self, surface=self.surface.coarser(), goal=goal, level=self.level + 1)._tell(self, specs)
+
+    def _may_be_halved(self, specs: Sequence[MapSpec]) -> bool:
+        height, width = self.surface.owner.shape
+        return (
+            self.goal.error is not None
+            and self.goal.filters
+            and self.surface.texel_normals is None  # as fine as the texels
+            and all(each.axis is Axis.NORMAL for each in specs)
+            and height % 2 == width % 2 == 0
+            and np.count_nonzero(self.surface.covered) > 4 * LEAST_TEXELS
+        )
+
+    def _tell(self, finer: MapTracer, specs: Sequence[MapSpec]) -> list[Upsampled] | None:
+        """All maps to an image twice as wide and high; None where there is too much detail for it."""
+        sources = self._sources(specs)
+        if (told := self._told(specs)) is not None:
+            with self.clock.stage("solve"):
+                return [
+                    self._upsampled(
+                        estimate_from(told.pop(0), self.surface.owner, self.goal, source), finer, source.spec
+                    )
+                    for source in sources
+                ]
+        openings = self._openings(specs)
+        with self.clock.stage("solve"):
+            rounds = [begin(openings.pop(0), self.surface.owner, self.goal, source) for source in sources]
+            for each, spec in zip(rounds, specs, strict=True):
+                first = self._upsampled(each.estimates(), finer, spec)
+                if missed_share(first, finer.surface.covered, finer.goal.error or 0.0) > MOST_MISSED:
+                    return None
+                del first
+            return [
+                self._upsampled(estimate(rounds.pop(0), self.goal, self.seed, source), finer, source.spec)
+                for source in sources
+            ]
+
+    def _upsampled(self, estimates: Estimates, finer: MapTracer, spec: MapSpec) -> Upsampled:
+        with self.clock.stage("upsample"):
+            control = self.stages.enter("refining")
+            return upsampled(self.surface, estimates, finer.surface, spec.exponent, control=control)
+
+    def _openings(self, specs: Sequence[MapSpec]) -> list[tuple[Floats, Floats | None]]:
+        """The first round of all maps, traced together."""
         rays = first_rays(self.goal)
         with self.clock.stage("trace"):
             into = np.zeros((count_images(specs), *self.surface.owner.shape), dtype=np.float32)
@@ -51,13 +122,7 @@ class MapTracer:
             sums = self.trace(self.surface, specs, self.options_of(rays, 0), halves=not self.goal.plain, into=into)
             self.stages.preview(None)  # it holds the sums
             del into
-        openings = _openings(sums, specs, rays)
-        del sums  # as large as the image: `solve` lets go of them once it has read them
-        with self.clock.stage("solve"):
-            return [
-                solve(openings.pop(0), self.surface.owner, self.goal, self.seed, _RaysOfMap(self, spec))
-                for spec in specs
-            ]
+        return _openings(sums, specs, rays)  # `solve` lets go of them once it has read them
 
     @property
     def seed(self) -> int:
@@ -66,7 +131,7 @@ class MapTracer:
 
     def options_of(self, rays: int, number: int) -> TraceOptions:
         """Each round's rays, and each draw of the probes', by a seed of its own; the first round's by the bake's."""
-        return replace(self.options, count=rays, seed=self.seed + number * _NEXT_SEED)
+        return replace(self.options, count=rays, seed=self.seed + (number + self.level * _LEVELS) * _NEXT_SEED)
 
     @property
     def options_of_codes(self) -> TraceOptions:
@@ -126,9 +191,18 @@ class MapTracer:
                 return None
             seen: Floats = np.minimum(sums / np.float32(first), np.float32(1.0))
             seen[seen <= 0.0] = -1.0  # what is wholly closed is taken for not traced yet
-            return seen
+            return self._as_seen(seen)
 
         self.stages.preview(values)
+
+    def show(self, values: Floats) -> None:
+        """Show a map as it is so far."""
+        self.stages.preview(lambda: self._as_seen(values))
+
+    def _as_seen(self, values: Floats) -> Floats:
+        """In the size of the whole image."""
+        times = 1 << self.level
+        return values if times == 1 else values.repeat(times, axis=0).repeat(times, axis=1)
 
 
 class _RaysOfMap:
@@ -148,13 +222,22 @@ class _RaysOfMap:
         """One for all maps of the surface."""
         return self._tracer.filter
 
-    def trace(self, owner: Ints, rays: int) -> tuple[Floats, Floats]:
+    def filter_of(self, owner: Ints) -> SurfaceFilter:
+        """As `RaySource.filter_of`."""
+        tracer = self._tracer
+        return SurfaceFilter(tracer.surface.part(owner), control=tracer.stages.enter("finding neighbours"))
+
+    def trace(self, texels: Longs, rays: int) -> tuple[Floats, Floats]:
         """As `RaySource.trace`."""
-        tracer, totals = self._tracer, self._spec.accumulator.totals
+        tracer, spec = self._tracer, self._spec
         with tracer.clock.stage("trace"):
-            options = tracer.options_of(rays, next(self._rounds))
-            sums = tracer.trace(tracer.surface.part(owner), (self._spec,), options, halves=True)
+            options, control = tracer.options_of(rays, next(self._rounds)), tracer.stages.enter("tracing", rays=True)
+            sums = trace_texels(tracer.scene, tracer.surface, texels, (spec,), options, halves=True, control=control)
         assert sums.first_half is not None
+        if spec.divided:
+            for images in (sums.all, sums.first_half):
+                horizon.divide(images[0], tracer.openness(spec, texels))
+        totals = spec.accumulator.totals
         return totals(sums.all, rays), totals(sums.first_half, rays // 2)
 
     def probe(self, texels: Longs, rays: int) -> Floats:
@@ -163,7 +246,7 @@ class _RaysOfMap:
         with tracer.clock.stage("probe"):
             options = tracer.options_of_probes(rays, next(self._draws))
             control = tracer.stages.control
-            sums = trace_texels(tracer.scene, tracer.surface, texels, (self._spec,), options, control=control)
+            sums = trace_texels(tracer.scene, tracer.surface, texels, (self._spec,), options, control=control).all
         if self._spec.divided:
             horizon.divide(sums[0], tracer.openness(self._spec, texels))
         return sums
@@ -174,7 +257,7 @@ class _RaysOfMap:
 
     def show(self, values: Floats) -> None:
         """As `RaySource.show`."""
-        self._tracer.stages.preview(lambda: values)
+        self._tracer.show(values)
 
 
 def _openings(sums: Sums, specs: Sequence[MapSpec], rays: int) -> list[tuple[Floats, Floats | None]]:

@@ -27,7 +27,8 @@ from .scene.parts import Part
 from .scene.scene import Instance, Scene
 from .scene.world_mesh import world_surface
 from .settings import Settings
-from .solve.solver import MOST_MEAN_RAYS, Solved
+from .solve.adaptive_sampler import MOST_MEAN_RAYS
+from .solve.solver import Solved
 from .texels import flipped_faces, interior
 from .texels.high_to_low import onto_high_poly
 from .texels.rasterize import Texels

@@ -10,7 +10,7 @@ from .maps.map import Map
 from .maps.occlusion import AMBIENT
 from .rays.map_spec import MapSpec, merged
 from .rays.ray_options import ALL_OCCLUDERS, WHOLE_SPREAD, RayOptions
-from .solve.solver import Goal
+from .solve.goal import Goal
 
 MAX_SIZE = 65536
 MAX_THREADS = 1024

@@ -29,7 +29,7 @@ from ..core.options.values import told_by_images, told_by_reports
 from ..core.progress import Progress
 from ..core.rays.map_spec import reflection
 from ..core.settings import ImageSettings, Settings
-from ..core.solve.solver import Goal
+from ..core.solve.goal import Goal
 from .scenes import SCENES, build
 
 COLUMNS = "scene      object         texels  seconds     ±AO  ±RO 10      bias   Cycles  ratio"

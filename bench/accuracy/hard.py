@@ -22,7 +22,7 @@ from ...core.finish.baked import BakedMap
 from ...core.finish.compare import comparison_image
 from ...core.finish.image_file import write_image
 from ...core.maps.occlusion import AMBIENT
-from ...core.solve.solver import Goal
+from ...core.solve.goal import Goal
 from ...tests.oracles.hard.beside import against, converged_twin, from_blender
 from ...tests.oracles.hard.blender import open_scene
 from ...tests.oracles.hard.case import Case, judge, settings_of

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 13
+ABI_VERSION = 14
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -111,6 +111,20 @@ class Signal(Structure):
     ]
 
 
+class Coarse(Structure):
+    _fields_ = [
+        ("owner", c_void_p),
+        ("positions", c_void_p),
+        ("normals", c_void_p),
+        ("values", POINTER(c_void_p)),
+        ("error", c_void_p),
+        ("sharpness", c_float),
+        ("slope", c_float),
+        ("width", c_int32),
+        ("height", c_int32),
+    ]
+
+
 class Slab(Structure):
     _fields_ = [("low", c_float), ("high", c_float), ("axis", c_int32)]
 
@@ -150,7 +164,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
     ],
     "ob_trace_texels": [
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
-        *[c_void_p, c_int64, POINTER(c_void_p), _CONTROL],
+        *[c_void_p, c_int64, POINTER(c_void_p), POINTER(c_void_p), _CONTROL],
     ],
     "ob_trace_cells": [
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), c_void_p, c_int64],
@@ -158,6 +172,10 @@ _FUNCTIONS: dict[str, list[Any]] = {
     ],
     "ob_filter_build": [POINTER(Surface), POINTER(Slab), c_int32, _CONTROL, POINTER(_HANDLE)],
     "ob_filter_apply": [_HANDLE, POINTER(Signal), _CONTROL],
+    "ob_upsample": [
+        *[POINTER(Surface), POINTER(Coarse), c_int32, c_int32],
+        *[_CONTROL, POINTER(c_void_p), c_void_p, c_void_p],
+    ],
     "ob_interior": [_HANDLE, POINTER(Surface), c_int32, c_void_p, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_first_hits": [_HANDLE, *[c_void_p] * 3, c_int64, c_int32, c_void_p, _CONTROL],
     "ob_components": [c_int64, c_void_p, c_void_p, c_int64, c_void_p, POINTER(c_int64)],

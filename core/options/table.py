@@ -19,7 +19,7 @@ from ..rays.map_spec import SAMPLERS
 from ..rays.ray_options import LEAST_SPREAD, WHOLE_SPREAD, Falloff
 from ..settings import DEFAULT_QUALITY, MAX_SIZE, MAX_THREADS, QUALITIES
 from ..solve.directional import FEWEST_RAYS
-from ..solve.solver import MAX_RAYS
+from ..solve.goal import MAX_RAYS
 from . import parse
 from .option import Choice, Chosen, Flag, Item, Option, Place, Pointer, Real, Switch, Text, Told, Whole
 

@@ -55,6 +55,16 @@ class TexelSurface:
         """The same surface with other owners: some of its texels."""
         return replace(self, owner=owner)
 
+    def coarser(self) -> TexelSurface:
+        """The same surface on an image half as wide and half as high, of even sizes. Of the four texels that one of its
+        stands for the first that has an owner gives it its own."""
+        mesh, owner = self.mesh, np.full_like(self.owner[::2, ::2], -1)
+        for down, right in ((0, 0), (1, 1), (0, 1), (1, 0)):
+            np.copyto(owner, self.owner[down::2, right::2], where=owner < 0)
+        if mesh.spacing is not None:
+            mesh = replace(mesh, spacing=np.float32(2.0) * mesh.spacing)
+        return replace(self, mesh=mesh, owner=owner)
+
     def described(self) -> api.Surface:
         """As the kernel takes it; the caller keeps this surface alive."""
         mesh = self.mesh

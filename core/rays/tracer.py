@@ -44,8 +44,8 @@ class TraceOptions:
 class Sums:
     """What tracing brings: of each spec as many images as its accumulator has, one after the other.
 
-    all: (M, H, W) float32, the sum over the rays; -1 where the texel faces away from the camera, 0 where it has no
-    owner. first_half: the same over the first count // 2 rays, None if not asked for.
+    all: (M, H, W) float32, or (M, N) of listed texels, the sum over the rays; -1 where the texel faces away from the
+    camera, 0 where it has no owner. first_half: the same over the first count // 2 rays, None if not asked for.
     """
 
     all: Floats
@@ -86,22 +86,29 @@ def trace_texels(
     specs: Sequence[MapSpec],
     options: TraceOptions,
     *,
+    halves: bool = False,
     control: api.Control | None = None,
-) -> Floats:
+) -> Sums:
     """Trace the rays of a list of owned texels (y · W + x); one that stands in it twice gets other rays each time.
 
-    Returns (M, len(texels)) float32, a row an image: sums as in `Sums.all`. Raises as `trace`.
+    The sums are (M, len(texels)), a row an image. Raises as `trace`.
     """
     shape = (count_images(specs), len(texels))
     sums = np.zeros(shape, dtype=np.float32)
+    first_half = np.zeros(shape, dtype=np.float32) if halves else None
+    halves_rows = None if first_half is None else _rows(first_half, *shape)
     described = surface.described()
     listed = (api.address(texels, np.int64, len(texels)), len(texels))
     api.check(
         api.library().ob_trace_texels(
-            *_what(scene, described, specs, options), *listed, _rows(sums, *shape), api.pointer_to(control)
+            *_what(scene, described, specs, options),
+            *listed,
+            _rows(sums, *shape),
+            halves_rows,
+            api.pointer_to(control),
         )
     )
-    return sums
+    return Sums(sums, first_half)
 
 
 def trace_cells(

@@ -75,7 +75,7 @@ class DirectionalBaker:
 
         def trace(listed: Longs, rays: int) -> Floats:
             how = replace(self.options, count=rays, seed=seed + 1 + next(draws))
-            return trace_texels(self.scene, self.surface, listed, (spec,), how)
+            return trace_texels(self.scene, self.surface, listed, (spec,), how).all
 
         lane_rays = probes.rays_for(0.02)
         probed = probes.draw(texels, weight, lane_rays, trace, spec.accumulator.totals)

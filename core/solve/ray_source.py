@@ -21,9 +21,12 @@ class RaySource(Protocol):
     def filter(self) -> SurfaceFilter:
         """Built when first asked for."""
 
-    def trace(self, owner: Ints, rays: int) -> tuple[Floats, Floats]:
-        """Trace so many rays of each texel with an owner, (H, W) int32, others at each call: the map's rows times the
-        rays (accumulators.py), over all and over the first half, (R, H, W) float32; -1 where a texel faces away."""
+    def filter_of(self, owner: Ints) -> SurfaceFilter:
+        """One of some of the texels, those with an owner, (H, W) int32."""
+
+    def trace(self, texels: Longs, rays: int) -> tuple[Floats, Floats]:
+        """Trace so many rays of listed texels, y · W + x, others at each call: the map's rows times the rays
+        (accumulators.py), over all and over the first half, (R, N) float32; -1 where a texel faces away."""
 
     def probe(self, texels: Longs, rays: int) -> Floats:
         """Trace so many rays of listed texels, others at each call: sums, (images, N) float32."""

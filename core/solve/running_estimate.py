@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..base.arrays import Flags, Floats
+from ..base.arrays import Flags, Floats, Longs
 
 # The variance of a texel's N rays falls as N^-1.5: they are a scrambled net, and the integrand has edges.
 _RATE = 1.5
@@ -24,6 +24,9 @@ _NET = 1.3
 
 # With a single ray neither tells, and the most that one ray of weight 1 can vary stands in.
 _ONE_RAY = 0.25
+
+# What is known otherwise counts for no more than a round of 2.5 times the first one's rays: its errors are of one kind.
+_MOST_PRECISION = 4.0
 
 
 @dataclass(eq=False)
@@ -46,21 +49,40 @@ class RunningEstimate:
         value, precision, noise = (np.zeros(shape, dtype=np.float32) for _ in range(3))
         return cls(value, precision, noise, unit)
 
-    def add(self, total: Floats, first_half: Floats, rays: int, where: Flags) -> None:
-        """Take in a round: sums over each texel's rays and over the first half of them, for the texels `where`."""
+    def begin(self, total: Floats, first_half: Floats, where: Flags) -> None:
+        """Take in the first round: sums over each texel's `unit` rays and over the first half of them, (H, W), for the
+        texels `where`."""
+        value, noise = total * np.float32(1.0 / self.unit), _noise(total, first_half, self.unit)
+        np.copyto(self.value, value, where=where)
+        np.copyto(self.noise, noise, where=where)
+        np.copyto(self.precision, np.float32(1.0), where=where)
+
+    def add(self, total: Floats, first_half: Floats, rays: int, texels: Longs) -> None:
+        """Take in a round of some texels, y · W + x: sums over each one's rays, (N,), and over the first half."""
         more = np.float32((rays / self.unit) ** _RATE)
-        value, noise = total * np.float32(1.0 / rays), _noise(total, first_half, rays)
-        noise *= more
-        if not self.precision.any():
-            np.copyto(self.value, value, where=where)
-            np.copyto(self.noise, noise, where=where)
-            np.copyto(self.precision, more, where=where)
-            return
-        before = self.precision[where]
+        value, precision, noise = (image.reshape(-1) for image in (self.value, self.precision, self.noise))
+        before = precision[texels]
         share = more / (before + more)
-        self.value[where] += share * (value[where] - self.value[where])
-        self.noise[where] += share * (noise[where] - self.noise[where])
-        self.precision[where] = before + more
+        value[texels] += share * (total * np.float32(1.0 / rays) - value[texels])
+        noise[texels] += share * (_noise(total, first_half, rays) * more - noise[texels])
+        precision[texels] = before + more
+
+    def with_others(self, own: Longs, others: Longs, value: Floats, square: Floats) -> RunningEstimate:
+        """That of some texels of its own, and of others that have no rays but values known otherwise. value, square:
+        (H, W) of all, what is known and the square of its error as it is expected."""
+        joined = RunningEstimate.empty(self.value.shape, self.unit)
+        noise = np.float32(self.noise.reshape(-1)[own].mean())
+        for image, its in zip(joined._images(), self._images(), strict=True):
+            image[own] = its[own]
+        images = joined._images()
+        images[0][others] = value.reshape(-1)[others]
+        known = noise / np.maximum(square.reshape(-1)[others], np.float32(1e-12))
+        images[1][others] = np.minimum(known, np.float32(_MOST_PRECISION))
+        images[2][others] = noise
+        return joined
+
+    def _images(self) -> tuple[Floats, ...]:
+        return tuple(image.reshape(-1) for image in (self.value, self.precision, self.noise))
 
 
 def _noise(total: Floats, first_half: Floats, rays: int) -> Floats:

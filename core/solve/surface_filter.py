@@ -72,8 +72,8 @@ class SurfaceFilter:
             *images,
             api.address(shares, np.float32, _OPEN_SHARES),
             _OPEN_SHARES,
-            min(_SHARPNESS * max(exponent, 1.0) ** _SHARPNESS_POWER, _SHARPEST),
-            _SLOPE * max(exponent, 1.0) ** _SLOPE_POWER,
+            sharpness_of(exponent),
+            slope_of(exponent),
             int(plain),
             self._surface.threads,
         )
@@ -82,6 +82,16 @@ class SurfaceFilter:
             api.check(api.library().ob_filter_apply(part.handle, byref(signal), api.pointer_to(control)))
             del part  # before the next one is built
         return filtered, error
+
+
+def sharpness_of(exponent: float) -> float:
+    """How fast weights fall as normals turn away, for a map of this exponent."""
+    return min(_SHARPNESS * max(exponent, 1.0) ** _SHARPNESS_POWER, _SHARPEST)
+
+
+def slope_of(exponent: float) -> float:
+    """How much values are likely to change by per unit of the normal."""
+    return _SLOPE * max(exponent, 1.0) ** _SLOPE_POWER
 
 
 def _open_shares(exponent: float) -> Floats:

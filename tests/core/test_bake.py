@@ -13,7 +13,7 @@ from occlusion_bake.core.base.errors import InputError
 from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
 from occlusion_bake.core.scene.scene import Camera, Instance, Mesh, Scene
 from occlusion_bake.core.settings import MAX_SIZE
-from occlusion_bake.core.solve.solver import MAX_RAYS
+from occlusion_bake.core.solve.goal import MAX_RAYS
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.bakes import assert_mean, bake_one, means_of
 from occlusion_bake.tests.oracles.settings import flat_settings

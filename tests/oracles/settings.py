@@ -15,7 +15,7 @@ from occlusion_bake.core.rays.map_spec import AO, Axis, MapSpec
 from occlusion_bake.core.rays.ray_options import RayOptions
 from occlusion_bake.core.settings import ImageSettings, Settings
 from occlusion_bake.core.solve.directional import DirectionalSettings
-from occlusion_bake.core.solve.solver import Goal
+from occlusion_bake.core.solve.goal import Goal
 
 _PARTS: dict[str, Any] = {"image": ImageSettings, "goal": Goal, "rays": RayOptions}
 

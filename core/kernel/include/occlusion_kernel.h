@@ -26,7 +26,7 @@ extern "C" {
 #define OB_CONSTANT inline
 #endif
 
-enum { OB_ABI_VERSION = 13 };
+enum { OB_ABI_VERSION = 14 };
 
 enum ob_status {
   OB_OK = 0,
@@ -194,6 +194,18 @@ typedef struct ob_signal {
   int32_t threads;
 } ob_signal;
 
+/* A map on an image half as wide and half as high as that of a surface. All are height x width. */
+typedef struct ob_coarse {
+  const int32_t *owner;   /* -1: there is no value */
+  const float *positions; /* x 3: of the texels' centroids, and their normals, as ob_surface_points tells them */
+  const float *normals;
+  const float *const *values; /* rows, each an image */
+  const float *error;         /* the expected square of the first row's errors */
+  float sharpness, slope;     /* as those of ob_signal */
+  int32_t width;
+  int32_t height;
+} ob_coarse;
+
 /* What lies between two planes: from `low` on and below `high` along an axis, 0 to 2. */
 typedef struct ob_slab {
   float low, high;
@@ -260,6 +272,13 @@ OB_API void ob_filter_free(ob_filter *filter);
  * inputs, same bits. */
 OB_API int32_t ob_filter_apply(const ob_filter *filter, const ob_signal *signal, ob_control *control);
 
+/* A map's values at the texels of a surface from those of a coarse image of it: a regression of first order by place
+ * and normal, over the coarse texels around each. values: `rows` images, 0 to 1. The expected square of the first one's
+ * errors is error + detail: that of the coarse values, and what changes between those; 1 where they tell nothing.
+ * Untouched where no triangle owns the texel. */
+OB_API int32_t ob_upsample(const ob_surface *surface, const ob_coarse *coarse, int32_t rows, int32_t threads,
+                           ob_control *control, float *const *values, float *error, float *detail);
+
 /* sums[m][texel]: settings->rays times the estimate of map m; untouched where no triangle owns the texel, -1 where the
  * texel faces away from the viewer of an OB_AXIS_REFLECTED map. A map whose accumulator has several images takes them
  * one after the other; -1 stands in the first. halves[m], where neither it nor `halves` is NULL: the part of the sum
@@ -270,10 +289,10 @@ OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_tra
                         ob_control *control);
 
 /* The same for a list of owned texels (y * width + x), any of them more than once and then by other rays, in one row a
- * map: sums[m][i] is texel texels[i]'s. Texels that are near one another are best listed together. */
+ * map: sums[m][i] and halves[m][i] are texel texels[i]'s. Texels that are near one another are best listed together. */
 OB_API int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                                const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count,
-                               float *const *sums, ob_control *control);
+                               float *const *sums, float *const *halves, ob_control *control);
 
 /* How open the cells of the hemisphere are, of listed texels: cells[(i * side + row) * side + column] is the mean of V
  * over the rays in a cell of texel texels[i], rays being a power of two and side^2 (side 8 or 16) at least. The cells

@@ -26,20 +26,6 @@ struct Points {
   uint32_t texel[kLanes];
 };
 
-// The side of a square as large as a texel is on the surface. In float64: areas square lengths, and cross products of
-// those once more.
-float spacing_of(const TexelGroup &group, const ob_surface &surface, int64_t owner, int lane) {
-  if (surface.spacing != nullptr) {
-    return surface.spacing[owner];
-  }
-  const double a[3] = {group.edge1.x[lane], group.edge1.y[lane], group.edge1.z[lane]};
-  const double b[3] = {group.edge2.x[lane], group.edge2.y[lane], group.edge2.z[lane]};
-  const double cross[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-  const double area = std::sqrt(cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]);
-  const double texels = std::fabs(TexelTriangle(surface.uv + 6 * owner, surface.width, surface.height).doubled_area());
-  return static_cast<float>(std::sqrt(area / texels));
-}
-
 bool read_points(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int block, const PacketCode &code,
                  TexelGroup &group, Frames &frames, Points &points) {
   ob_surface mesh = surface; // whose own normals tell in which plane neighbours lie
@@ -67,7 +53,7 @@ bool read_points(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int 
     points.geometric[lane][0] = group.geometric.x[lane];
     points.geometric[lane][1] = group.geometric.y[lane];
     points.geometric[lane][2] = group.geometric.z[lane];
-    points.spacing[lane] = spacing_of(group, surface, surface.owner[texel], lane);
+    points.spacing[lane] = texel_spacing(group, surface, surface.owner[texel], lane);
     points.active[lane] = points.spacing[lane] > 0.0F && std::isfinite(points.spacing[lane]) &&
                           finite(points.position[lane]) && finite(points.normal[lane]);
   }

@@ -15,6 +15,7 @@ namespace ob {
 constexpr int kLanes = 16;            // texels of a group: a 4 x 4 block, in Morton order
 constexpr float kFilterRadius = 9.0F; // in spacings
 constexpr float kGuideRadius = 3.0F;
+constexpr float kLeastSlope = 1e-6F;     // that values are likely to have: float32 holds its square, and 1 over it
 constexpr int kMostFootprintPoints = 36; // footprint points of a texel in one chunk of rays, at most
 
 // Sixteen numbers, one a texel. The compilers' vector types: plain operators, any instruction set. Their alignment is
@@ -178,6 +179,21 @@ struct Passes {
   NormalSlopes *normal_slopes;
 };
 
+// A texel of a coarse image as those of one twice as fine are told by.
+struct CoarseSample {
+  float position[3], normal[3];
+  float x, y; // its middle, in coarse texels
+  float value, error;
+  float weight; // 0: it does not count
+};
+
+// Sixteen texels of the finer image. Those of no surface hold numbers of no meaning.
+struct FinePoints {
+  Lanes3 position, normal;
+  Lanes x, y;    // their middles, in coarse texels
+  Lanes spacing; // from one coarse texel to the next, on the surface
+};
+
 // One instruction set's build of the steps.
 struct PacketCode {
   // One point in each cell of a side x side square, by point `index` of the cell's own scrambled sequence.
@@ -198,6 +214,10 @@ struct PacketCode {
   void (*compute_guide)(const Neighbours &, int64_t index, const Passes &);
   void (*gather_guides)(const Neighbours &, int64_t index, const Passes &);
   void (*filter)(const Neighbours &, int64_t index, const Passes &, Lanes &value, Lanes &error);
+  // Values of fine points by the coarse ones around them, an even number; what of their expected squared errors is that
+  // of the coarse ones, and what is detail between them.
+  void (*upsample)(const FinePoints &, const CoarseSample *, int count, float sharpness, float per_slope2, Lanes &value,
+                   Lanes &error, Lanes &detail);
 };
 
 extern const PacketCode kBaselinePackets;

@@ -43,6 +43,7 @@ OB_INLINE Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 #include "frames_code.h"
 #include "rays_code.h"
 #include "surface_filter_code.h"
+#include "upsample_code.h"
 
 namespace ob {
 namespace {
@@ -55,7 +56,8 @@ constexpr PacketCode kCode = {spread_points,
                               gather_values,
                               compute_guide,
                               gather_guides,
-                              filter};
+                              filter,
+                              upsample};
 
 } // namespace
 } // namespace ob

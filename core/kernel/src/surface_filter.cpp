@@ -11,7 +11,6 @@ namespace ob {
 namespace {
 
 constexpr ob_slab kEverywhere = {-INFINITY, INFINITY, 0};
-constexpr float kLeastSlope = 1e-6F; // float32 holds its square, and 1 over it
 
 int32_t build(const ob_surface &surface, int32_t threads, ob_control *control, ob_filter &filter) {
   find_clusters(surface, threads, control, filter);

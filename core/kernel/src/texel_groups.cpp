@@ -293,13 +293,8 @@ int gather_group(const TexelSelection &selection, int32_t tile, int group, const
 
 namespace {
 
-void fill_centroid(const ob_surface &surface, Texel texel, int lane, TexelGroup &out) {
-  const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
-  const int64_t owner = surface.owner[index];
-  const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
-  fill_triangle(surface, owner, lane, out);
-  set_texel_normals(surface, index, lane, out);
-  fill_weights(triangle, texel, lane, out);
+// The middle of what the triangle covers of a texel, all else of it being known.
+void fill_centroid_point(const TexelTriangle &triangle, Texel texel, int lane, TexelGroup &out) {
   out.point_x[0][lane] = out.point_y[0][lane] = 0.5F;
   if (holds_texel(out, lane)) {
     return;
@@ -310,24 +305,61 @@ void fill_centroid(const ob_surface &surface, Texel texel, int lane, TexelGroup 
   out.point_y[0][lane] = static_cast<float>(centre.y - texel.y);
 }
 
+// before: a lane of the same triangle, -1 none.
+void fill_centroid(const ob_surface &surface, Texel texel, int lane, int before, TexelGroup &out) {
+  const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
+  const int64_t owner = surface.owner[index];
+  if (before >= 0) {
+    copy_triangle(out, before, lane);
+  } else {
+    fill_triangle(surface, owner, lane, out);
+  }
+  const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
+  set_texel_normals(surface, index, lane, out);
+  fill_weights(triangle, texel, lane, out);
+  fill_centroid_point(triangle, texel, lane, out);
+}
+
 } // namespace
 
 int gather_centroids(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, TexelGroup &out) {
   int active = 0;
+  int before = -1;
+  int32_t known = -1; // the triangle of that lane
   out.active = LaneMask{};
   for (int lane = 0; lane < kLanes; ++lane) {
     const Texel texel = texel_of(tile_x, tile_y, group, lane);
-    const bool inside = texel.x < surface.width && texel.y < surface.height;
-    if (inside && surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x] >= 0) {
+    if (texel.x >= surface.width || texel.y >= surface.height) {
+      continue;
+    }
+    const int32_t owner = surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x];
+    if (owner >= 0) {
       out.active[lane] = -1;
-      fill_centroid(surface, texel, lane, out);
+      fill_centroid(surface, texel, lane, owner == known ? before : -1, out);
+      before = lane;
+      known = owner;
       ++active;
     }
   }
   return active;
 }
 
-void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out) { fill_centroid(surface, texel, 0, out); }
+void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out) {
+  fill_centroid(surface, texel, 0, -1, out);
+}
+
+// In float64: areas square lengths, and cross products of those once more.
+float texel_spacing(const TexelGroup &group, const ob_surface &surface, int64_t owner, int lane) {
+  if (surface.spacing != nullptr) {
+    return surface.spacing[owner];
+  }
+  const double a[3] = {group.edge1.x[lane], group.edge1.y[lane], group.edge1.z[lane]};
+  const double b[3] = {group.edge2.x[lane], group.edge2.y[lane], group.edge2.z[lane]};
+  const double cross[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+  const double area = std::sqrt(cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2]);
+  const double texels = std::fabs(TexelTriangle(surface.uv + 6 * owner, surface.width, surface.height).doubled_area());
+  return static_cast<float>(std::sqrt(area / texels));
+}
 
 namespace {
 

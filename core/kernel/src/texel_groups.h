@@ -53,6 +53,9 @@ int gather_centroids(const ob_surface &surface, int32_t tile_x, int32_t tile_y, 
 // The centroid of one texel's footprint as the one footprint point of a group's first lane.
 void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out);
 
+// The side of a square as large as a texel is on the triangle that owns a lane's.
+float texel_spacing(const TexelGroup &group, const ob_surface &surface, int64_t owner, int lane);
+
 // What is wrong with a surface that a caller gave, at the listed texels or, where there is no list, at all; NULL:
 // nothing.
 const char *surface_validation_error(const ob_surface *surface, const int64_t *texels = nullptr, int64_t count = 0);

@@ -299,6 +299,9 @@ void clear_sums(const TraceJob &job) {
   if (job.selection.list != nullptr) {
     for (int32_t image = 0; image < images; ++image) {
       std::fill_n(job.sums[image], job.selection.count, 0.0F);
+      if (job.halves != nullptr && job.halves[image] != nullptr) {
+        std::fill_n(job.halves[image], job.selection.count, 0.0F);
+      }
     }
     return;
   }
@@ -487,18 +490,6 @@ int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_s
   return trace(job);
 }
 
-void store_centroid(const ob_surface &surface, Texel place, float *position, float *normal) {
-  TexelGroup group{};
-  Frames frames{};
-  gather_centroid(surface, place, group);
-  kBaselinePackets.interpolate(group, 1, frames);
-  const Lanes3 &p = frames.position[0];
-  const Lanes3 &n = frames.normal[0];
-  const float values[2][3] = {{p.x[0], p.y[0], p.z[0]}, {n.x[0], n.y[0], n.z[0]}};
-  std::memcpy(position, values[0], sizeof(values[0]));
-  std::memcpy(normal, values[1], sizeof(values[1]));
-}
-
 } // namespace
 } // namespace ob
 
@@ -513,12 +504,12 @@ int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_sett
 
 int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                         const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count, float *const *sums,
-                        ob_control *control) {
+                        float *const *halves, ob_control *control) {
   return ob::guarded([&]() -> int32_t {
     if (texels == nullptr || count < 0) {
       return ob::fail(OB_INVALID, "ob_trace_texels without a list of texels");
     }
-    return ob::trace_selection(scene, surface, settings, maps, map_count, texels, count, sums, nullptr, control);
+    return ob::trace_selection(scene, surface, settings, maps, map_count, texels, count, sums, halves, control);
   });
 }
 
@@ -527,28 +518,6 @@ int32_t ob_trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trac
                        ob_control *control) {
   return ob::guarded(
       [&] { return ob::trace_cells(scene, surface, settings, texels, count, tangents, side, cells, control); });
-}
-
-int32_t ob_surface_points(const ob_surface *surface, int32_t threads, float *positions, float *normals) {
-  return ob::guarded([&]() -> int32_t {
-    if (const char *wrong = ob::surface_validation_error(surface)) {
-      return ob::fail(OB_INVALID, wrong);
-    }
-    if (positions == nullptr || normals == nullptr) {
-      return ob::fail(OB_INVALID, "ob_surface_points without a place for its results");
-    }
-    ob::run_parallel(ob::thread_count(threads), surface->height, [&](auto next) {
-      for (int64_t y = next(); y >= 0; y = next()) {
-        for (int32_t x = 0; x < surface->width; ++x) {
-          const int64_t texel = y * surface->width + x;
-          if (surface->owner[texel] >= 0) {
-            ob::store_centroid(*surface, {x, static_cast<int32_t>(y)}, positions + 3 * texel, normals + 3 * texel);
-          }
-        }
-      }
-    });
-    return OB_OK;
-  });
 }
 
 void ob_profile(int64_t *embree, int64_t *all) {

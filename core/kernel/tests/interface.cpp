@@ -202,6 +202,67 @@ static bool filter_anything(Random &random) {
   return draw.broken();
 }
 
+// A coarse map of 4 x 4 texels, whose numbers may be none; sound surfaces are of 8 x 8.
+struct AnyCoarse {
+  int32_t owner[16] = {};
+  float positions[48] = {};
+  float normals[48] = {};
+  float rows[2][16] = {};
+  float error[16] = {};
+  const float *values[2] = {};
+
+  ob_coarse drawn(Random &random, Draw &draw) {
+    const auto odd = [&](float sound) {
+      return random.once_in(40) ? draw.one_of({kNan, kInfinity, -kInfinity, 1e30F, 1e-41F, 0.0F}) : sound;
+    };
+    for (int i = 0; i < 16; ++i) {
+      owner[i] = random.below(3) - 1;
+      error[i] = odd(0.01F);
+      rows[0][i] = odd(static_cast<float>(random.unit()));
+      rows[1][i] = odd(0.5F);
+      for (int axis = 0; axis < 3; ++axis) {
+        positions[3 * i + axis] = odd(static_cast<float>(random.within(-1.0, 1.0)));
+        normals[3 * i + axis] = odd(axis == 2 ? 1.0F : 0.0F);
+      }
+    }
+    values[0] = draw.present(rows[0]);
+    values[1] = draw.present(rows[1]);
+    return {draw.present(owner),
+            draw.present(positions),
+            draw.present(normals),
+            draw.present(values),
+            draw.present(error),
+            draw.good_or_bad({0.0F, 12.0F, 1e6F}, {-1.0F, kNan, kInfinity}),
+            draw.good_or_bad({0.3F, 1e-6F, 1e30F, kInfinity}, {0.0F, -0.0F, 1e-30F, -1.0F, kNan, -kInfinity}),
+            draw.good_or_bad({4}, {0, -4, 3, 8, INT32_MIN, INT32_MAX}),
+            draw.good_or_bad({4}, {0, -4, 3, 8, INT32_MIN, INT32_MAX})};
+  }
+};
+
+static bool upsample_anything(Random &random) {
+  Draw sound(random, INT32_MAX);
+  Anything anything;
+  anything.draw(random, sound);
+  anything.surface.width = anything.surface.height = 8;
+  Draw draw(random, 24);
+  AnyCoarse any;
+  const ob_coarse coarse = any.drawn(random, draw);
+  float images[4][64];
+  std::fill_n(&images[0][0], 4 * 64, 0.0F);
+  float *rows[2] = {draw.present(images[0]), draw.present(images[1])};
+  ob_control control{};
+  check_status(draw, ob_upsample(draw.present(&anything.surface), draw.present(&coarse), draw.good_or_bad({2}, {0, -1}),
+                                 draw.threads(), draw.optional(&control), draw.present(rows), draw.present(images[2]),
+                                 draw.present(images[3])));
+  for (const float value : images[0]) {
+    CHECK(value >= 0.0F && value <= 1.0F);
+  }
+  for (const float detail : images[3]) {
+    CHECK(detail >= 0.0F && std::isfinite(detail));
+  }
+  return draw.broken();
+}
+
 static ob_trace_settings any_settings(Draw &draw) {
   ob_trace_settings settings = settings_of(draw.good_or_bad({1, 2, 5, 33}, {0, -1, (1 << 20) + 1, INT32_MIN}));
   settings.threads = draw.threads();
@@ -422,6 +483,7 @@ int main(int argc, char **argv) {
   repeat(5000, 2, points_of_anything);
   repeat(2000, 10, build_filter_of_anything);
   repeat(2000, 11, filter_anything);
+  repeat(2000, 12, upsample_anything);
   if (argc < 2) {
     std::puts("SKIPPED what traces: no Embree was named");
     return 0;

@@ -147,7 +147,7 @@ static std::vector<float> trace_listed(const Scene &scene, const Target &target,
   float *sums[] = {row.data()};
   const ob_surface surface = target.surface();
   must(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, texels.data(),
-                       static_cast<int64_t>(texels.size()), sums, nullptr));
+                       static_cast<int64_t>(texels.size()), sums, nullptr, nullptr));
   return row;
 }
 
@@ -175,9 +175,11 @@ static void test_listed_texels_are_checked(const Device &device) {
   float row[1] = {};
   float *sums[] = {row};
   for (const int64_t texel : {int64_t{-1}, int64_t{13} * 13, INT64_MAX}) {
-    CHECK_EQUAL(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, &texel, 1, sums, nullptr), OB_INVALID);
+    CHECK_EQUAL(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, &texel, 1, sums, nullptr, nullptr),
+                OB_INVALID);
   }
-  CHECK_EQUAL(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, nullptr, 1, sums, nullptr), OB_INVALID);
+  CHECK_EQUAL(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, nullptr, 1, sums, nullptr, nullptr),
+              OB_INVALID);
 }
 
 // Under a wide ceiling at height h, rays of length d stop short of it where cos < h / d: a share of (h / d)^2.

@@ -23,7 +23,7 @@ from occlusion_bake.core.options.values import (
 )
 from occlusion_bake.core.rays.ray_options import Falloff, RayOptions
 from occlusion_bake.core.settings import ImageSettings, Settings
-from occlusion_bake.core.solve.solver import Goal
+from occlusion_bake.core.solve.goal import Goal
 
 # What the command has where nothing is given; of those that its parser works out, and that Settings needs.
 COMMAND: dict[str, Any] = {

@@ -313,6 +313,6 @@ def test_a_texel_in_all_lanes_looks_into_each_direction_from_all_its_parts(count
     mesh, other = (world_mesh(shapes.instance(each), ORIGIN) for each in (floor, wall))
     surface = TexelSurface(mesh, np.zeros((1, 1), dtype=np.int32))
     texels = np.zeros(16 * 1024, dtype=np.int64)
-    sums = trace_texels(built(mesh, other), surface, texels, (AO,), TraceOptions(count))[0]
+    sums = trace_texels(built(mesh, other), surface, texels, (AO,), TraceOptions(count)).all[0]
     off = sums.reshape(-1, 16).sum(axis=1) / (16 * count) - 0.5
     assert np.sqrt(np.mean(off**2)) < 0.45 / np.sqrt(16 * count)  # of independent rays: 0.5

@@ -11,7 +11,8 @@ from occlusion_bake.core.bake import Baked
 from occlusion_bake.core.base.arrays import Floats, Ints, Longs
 from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
 from occlusion_bake.core.scene.scene import Scene
-from occlusion_bake.core.solve.solver import Goal, first_rays, solve
+from occlusion_bake.core.solve.goal import Goal, first_rays
+from occlusion_bake.core.solve.solver import solve
 from occlusion_bake.core.solve.surface_filter import SurfaceFilter
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.bakes import assert_mean, bake_one, means_of
@@ -165,7 +166,7 @@ def test_rays_go_where_the_error_is() -> None:
 
 
 def test_an_error_out_of_reach_is_admitted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("occlusion_bake.core.solve.solver.MOST_ROUNDS", 1)
+    monkeypatch.setattr("occlusion_bake.core.solve.adaptive_sampler.MOST_ROUNDS", 1)
     scene = shapes.scene(shapes.plane(2.0, name="floor"), shapes.sphere((0, 0, RADIUS), RADIUS, 32))
     baked = bake_one(scene, size=32, error=2e-5)
     assert baked.maps["ao"].error > 2e-5

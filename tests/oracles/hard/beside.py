@@ -10,7 +10,7 @@ import numpy as np
 from ....core.bake import bake
 from ....core.base.arrays import Doubles, Flags, Floats
 from ....core.finish.baked import BakedMap
-from ....core.solve.solver import Goal
+from ....core.solve.goal import Goal
 from .case import SIGMAS, TWIN_SEED, Case, Judged, settings_of, speckles
 
 

@@ -1,0 +1,205 @@
+// A map on a coarse image of a surface, brought to one twice as wide and high.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "direction_tables.h"
+#include "packets.h"
+#include "parallel.h"
+#include "status.h"
+#include "texel_groups.h"
+
+namespace ob {
+namespace {
+
+constexpr int kFactor = 2;       // fine texels along a side of a coarse one
+constexpr int kAround = 1;       // coarse texels around those of a block that are asked, too
+constexpr int kSide = 4;         // texels along a side of a block of sixteen
+constexpr int kMostSamples = 16; // (kSide / kFactor + 2 kAround)²
+
+bool finite(const float *v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+
+// The fine points of one block; returns whether there are any.
+bool read_points(const ob_surface &surface, Texel first, int block, const PacketCode &code, TexelGroup &group,
+                 Frames &frames, FinePoints &points) {
+  if (gather_centroids(surface, first.x / kTile, first.y / kTile, block, group) == 0) {
+    return false;
+  }
+  code.interpolate(group, 1, frames);
+  points.position = frames.position[0];
+  points.normal = frames.normal[0];
+  float spacing = 1.0F;
+  int32_t known = -1; // the triangle that it is of
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Texel texel = texel_of(first.x / kTile, first.y / kTile, block, lane);
+    points.x[lane] = (static_cast<float>(texel.x) + 0.5F) / kFactor;
+    points.y[lane] = (static_cast<float>(texel.y) + 0.5F) / kFactor;
+    if (group.active[lane] != 0) {
+      const int32_t owner = surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x];
+      if (owner != known) {
+        spacing = kFactor * texel_spacing(group, surface, owner, lane);
+        spacing = spacing > 0.0F && std::isfinite(spacing) ? spacing : 1.0F;
+        known = owner;
+      }
+    }
+    points.spacing[lane] = spacing;
+  }
+  return true;
+}
+
+// The coarse points in and around a block, from its first texel on: an even number of them, the last one perhaps of no
+// weight; 0: there are none. texels: where they lie in the coarse image.
+int read_samples(const ob_coarse &coarse, Texel first, CoarseSample *samples, int64_t *texels) {
+  int count = 0;
+  const int32_t left = first.x / kFactor - kAround;
+  const int32_t top = first.y / kFactor - kAround;
+  constexpr int32_t kAcross = kSide / kFactor + 2 * kAround;
+  for (int32_t y = std::max(top, 0); y < std::min(top + kAcross, coarse.height); ++y) {
+    for (int32_t x = std::max(left, 0); x < std::min(left + kAcross, coarse.width); ++x) {
+      const int64_t texel = static_cast<int64_t>(y) * coarse.width + x;
+      const float *position = coarse.positions + 3 * texel;
+      const float *normal = coarse.normals + 3 * texel;
+      if (coarse.owner[texel] < 0 || !finite(position) || !finite(normal)) {
+        continue;
+      }
+      texels[count] = texel;
+      CoarseSample &sample = samples[count++];
+      std::copy_n(position, 3, sample.position);
+      std::copy_n(normal, 3, sample.normal);
+      sample.x = static_cast<float>(x) + 0.5F;
+      sample.y = static_cast<float>(y) + 0.5F;
+      sample.error = coarse.error[texel];
+      sample.weight = 1.0F;
+    }
+  }
+  if (count % 2 != 0) {
+    samples[count] = samples[count - 1];
+    texels[count] = texels[count - 1];
+    samples[count++].weight = 0.0F;
+  }
+  return count;
+}
+
+// Where results go.
+struct Upsampled {
+  float *const *values;
+  float *error, *detail;
+};
+
+// Of one block, where there is nothing around it.
+struct Told {
+  Lanes value{}, error{};
+  Lanes detail = 1.0F - Lanes{};
+};
+
+class Upsampling {
+public:
+  Upsampling(const ob_surface &surface, const ob_coarse &coarse, int32_t rows, const Upsampled &into)
+      : surface_(surface), coarse_(coarse), rows_(rows), into_(into) {}
+
+  void run(int32_t threads, ob_control *control) const {
+    const int32_t high = (surface_.height + kTile - 1) / kTile;
+    begin(control, high);
+    run_parallel(thread_count(threads), high, [&](auto next) {
+      const auto group = std::make_unique<TexelGroup>();
+      const auto frames = std::make_unique<Frames>();
+      for (int64_t row = next(); row >= 0 && !cancelled(control); row = next()) {
+        for (int32_t x = 0; x < surface_.width; x += kTile) {
+          for (int block = 0; block < kGroups; ++block) {
+            fill(x / kTile, static_cast<int32_t>(row), block, *group, *frames);
+          }
+        }
+        advance(control, 1);
+      }
+    });
+  }
+
+private:
+  void fill(int32_t tile_x, int32_t tile_y, int block, TexelGroup &group, Frames &frames) const {
+    FinePoints points;
+    if (!read_points(surface_, {tile_x * kTile, tile_y * kTile}, block, code_, group, frames, points)) {
+      return;
+    }
+    CoarseSample samples[kMostSamples];
+    int64_t texels[kMostSamples];
+    const int count = read_samples(coarse_, texel_of(tile_x, tile_y, block, 0), samples, texels);
+    for (int32_t row = 0; row < rows_; ++row) {
+      Told told;
+      if (count > 0) {
+        for (int i = 0; i < count; ++i) {
+          samples[i].value = coarse_.values[row][texels[i]];
+        }
+        code_.upsample(points, samples, count, coarse_.sharpness, 1.0F / (coarse_.slope * coarse_.slope), told.value,
+                       told.error, told.detail);
+      }
+      write(tile_x, tile_y, block, group.active, row, told);
+    }
+  }
+
+  void write(int32_t tile_x, int32_t tile_y, int block, const LaneMask &active, int32_t row, const Told &told) const {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (active[lane] != 0) {
+        const Texel texel = texel_of(tile_x, tile_y, block, lane);
+        const int64_t index = static_cast<int64_t>(texel.y) * surface_.width + texel.x;
+        const bool sound = std::isfinite(told.value[lane]) && std::isfinite(told.error[lane] + told.detail[lane]);
+        into_.values[row][index] = sound ? std::clamp(told.value[lane], 0.0F, 1.0F) : 0.0F;
+        if (row == 0) { // its errors stand for those of all
+          into_.error[index] = sound ? told.error[lane] : 0.0F;
+          into_.detail[index] = sound ? told.detail[lane] : 1.0F;
+        }
+      }
+    }
+  }
+
+  const ob_surface &surface_;
+  const ob_coarse &coarse_;
+  int32_t rows_;
+  const Upsampled &into_;
+  const PacketCode &code_ = choose_code(kLanes);
+};
+
+const char *validation_error(const ob_surface &surface, const ob_coarse *coarse, int32_t rows, const Upsampled &into) {
+  if (coarse == nullptr || coarse->owner == nullptr || coarse->positions == nullptr || coarse->normals == nullptr ||
+      coarse->values == nullptr || coarse->error == nullptr || into.values == nullptr || into.error == nullptr ||
+      into.detail == nullptr) {
+    return "ob_upsample without a coarse map or a place for its results";
+  }
+  if (rows < 1 ||
+      std::any_of(
+          into.values, into.values + rows, [](const float *row) { return row == nullptr; }) ||
+      std::any_of(coarse->values, coarse->values + rows, [](const float *row) { return row == nullptr; })) {
+    return "ob_upsample without rows of values, or with one that is missing";
+  }
+  if (surface.width % kFactor != 0 || surface.width / kFactor != coarse->width || surface.height % kFactor != 0 ||
+      surface.height / kFactor != coarse->height) {
+    return "the coarse image must be half as wide and half as high";
+  }
+  if (!(coarse->sharpness >= 0.0F) || !std::isfinite(coarse->sharpness)) {
+    return "the sharpness must be 0 or more, and finite";
+  }
+  if (!(coarse->slope >= kLeastSlope)) {
+    return "the slope that is likely must be 1e-6 or more";
+  }
+  return nullptr;
+}
+
+} // namespace
+} // namespace ob
+
+extern "C" {
+
+int32_t ob_upsample(const ob_surface *surface, const ob_coarse *coarse, int32_t rows, int32_t threads,
+                    ob_control *control, float *const *values, float *error, float *detail) {
+  return ob::guarded([&]() -> int32_t {
+    const char *wrong = ob::surface_validation_error(surface);
+    const ob::Upsampled into{values, error, detail};
+    wrong = wrong != nullptr ? wrong : ob::validation_error(*surface, coarse, rows, into);
+    if (wrong != nullptr) {
+      return ob::fail(OB_INVALID, wrong);
+    }
+    ob::Upsampling(*surface, *coarse, rows, into).run(threads, control);
+    return ob::cancelled(control) ? ob::fail(OB_CANCELLED, "cancelled") : OB_OK;
+  });
+}
+
+} // extern "C"
