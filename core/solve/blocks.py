@@ -12,7 +12,7 @@ BLOCK = 4  # texels along a side: a packet's sixteen
 _X, _Y = (np.array([(lane >> shift & 1) + (lane >> shift + 1 & 2) for lane in range(BLOCK**2)]) for shift in (0, 1))
 
 
-def block_sums(image: Floats | Flags) -> Doubles:
+def block_sums(image: Floats) -> Doubles:
     """(H, W) → sums over blocks, float64; the last ones may be cut short by the image's edge."""
     height, width = image.shape
     whole = height % BLOCK == width % BLOCK == 0
@@ -30,8 +30,9 @@ def texels_of(blocks: Flags, covered: Flags) -> Longs:
     texels = y * width + x
     if height % BLOCK or width % BLOCK:
         texels = texels[(y < height) & (x < width)]
-    found: Longs = texels.reshape(-1)
-    return found[covered.reshape(-1)[found]]
+    texels = texels.reshape(-1)
+    found: Longs = texels[covered.reshape(-1)[texels]]
+    return found
 
 
 def grown(blocks: Flags) -> Flags:

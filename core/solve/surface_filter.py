@@ -86,12 +86,14 @@ class SurfaceFilter:
 
 def sharpness_of(exponent: float) -> float:
     """How fast weights fall as normals turn away, for a map of this exponent."""
-    return min(_SHARPNESS * max(exponent, 1.0) ** _SHARPNESS_POWER, _SHARPEST)
+    sharpness: float = _SHARPNESS * max(exponent, 1.0) ** _SHARPNESS_POWER
+    return min(sharpness, _SHARPEST)
 
 
 def slope_of(exponent: float) -> float:
     """How much values are likely to change by per unit of the normal."""
-    return _SLOPE * max(exponent, 1.0) ** _SLOPE_POWER
+    slope: float = _SLOPE * max(exponent, 1.0) ** _SLOPE_POWER
+    return slope
 
 
 def _open_shares(exponent: float) -> Floats:

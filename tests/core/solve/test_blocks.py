@@ -12,7 +12,7 @@ from occlusion_bake.core.solve.blocks import BLOCK, block_sums, grown, largest, 
 def test_lists_have_each_covered_texel_of_the_marked_blocks_once(shape: tuple[int, int]) -> None:
     random = np.random.default_rng(0)
     covered = random.random(shape) < 0.7
-    blocks = random.random(block_sums(covered).shape) < 0.5
+    blocks = random.random(block_sums(covered.astype(np.float32)).shape) < 0.5
     marked = blocks.repeat(BLOCK, axis=0).repeat(BLOCK, axis=1)[: shape[0], : shape[1]]
     texels = texels_of(blocks, covered)
     assert_array_equal(np.sort(texels), np.flatnonzero(marked & covered))
