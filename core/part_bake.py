@@ -18,6 +18,7 @@ from .finish.baked import Baked, BakedMap, SurfaceReport
 from .finish.map_finisher import MapFinisher
 from .map_tracer import MapTracer
 from .progress import Progress, Stages
+from .rays.coherence import are_coherent
 from .rays.embree import Device
 from .rays.map_spec import MapSpec
 from .rays.occluders import Occluders, TraceFrame
@@ -159,8 +160,7 @@ class PartBaker:
             settings.rays,
             settings.threads,
             camera=scene.camera and scene.camera.about(frame.origin),
-            # More triangles than texels: the rays of neighbouring texels mostly meet different ones (docs/figures.md).
-            coherent=frame.triangles <= report.texels,
+            coherent=are_coherent(surface, frame.triangles, report.texels),
             light=scene.environment,
         )
         stages = Stages(progress, self._layout.shown, _TRACE, plain=settings.goal.plain, own=own)

@@ -9,9 +9,9 @@ import sys
 
 from ...addon.cli.hard_exit import leave
 from ..pages import Page
-from . import charts, choices, errors, memory, props, share, speed
+from . import charts, choices, errors, memory, props, share, sizes, speed
 
-PAGE = Page("figures", "docs/figures.md", (speed, share, choices, errors, memory, props, charts))
+PAGE = Page("figures", "docs/figures.md", (speed, sizes, share, choices, errors, memory, props, charts))
 
 if __name__ == "__main__":
     leave(PAGE.run(sys.argv[1:]))

@@ -97,4 +97,4 @@ def _draw(scene: str, subject: Subject, reference: Reference, error: Doubles, no
         low, high, colours = (0.0, 1.0, "gray") if image is values else (-SHOWN, SHOWN, "RdBu")
         axis.imshow(np.where(subject.covered, image, 0.0)[::-1], cmap=colours, vmin=low, vmax=high)
         axis.set_axis_off()
-    save(figure, FOLDER / f"{scene}.png")
+    save(figure, FOLDER / f"{scene}.png", colours=256)  # greys and two colours
