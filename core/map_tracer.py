@@ -20,7 +20,7 @@ from .rays.trace_scene import TraceScene
 from .rays.tracer import CHUNK_RAYS, Sums, TraceOptions, trace, trace_texels
 from .solve import horizon
 from .solve.adaptive_sampler import missed_share
-from .solve.goal import Goal, first_rays
+from .solve.goal import LEAST_ERROR, Goal, first_rays
 from .solve.solver import Solved, begin, estimate, estimate_from, solve, solve_from
 from .solve.surface_filter import SurfaceFilter
 from .solve.upsample import Estimates, Upsampled, upsampled
@@ -69,8 +69,11 @@ class MapTracer:
         if not self._may_be_halved(specs):
             return None
         assert self.goal.error is not None
-        goal = replace(self.goal, error=COARSER * self.goal.error)
-        return replace(self, surface=self.surface.coarser(), goal=goal, level=self.level + 1)._tell(self, specs)
+        goal = replace(self.goal, error=max(COARSER * self.goal.error, LEAST_ERROR))
+        surface, stages = self.surface.coarser(), self.stages.before(0.5)
+        told = replace(self, surface=surface, goal=goal, stages=stages, level=self.level + 1)._tell(self, specs)
+        stages.preview(None)  # it holds the coarse image
+        return told
 
     def _may_be_halved(self, specs: Sequence[MapSpec]) -> bool:
         height, width = self.surface.owner.shape
@@ -78,6 +81,8 @@ class MapTracer:
             self.goal.error is not None
             and self.goal.filters
             and self.surface.texel_normals is None  # as fine as the texels
+            and self.surface.mesh.spacing
+            is None  # a low mesh's texels are points, and what is between them is not seen
             and all(each.axis is Axis.NORMAL for each in specs)
             and height % 2 == width % 2 == 0
             and np.count_nonzero(self.surface.covered) > 4 * LEAST_TEXELS
@@ -98,7 +103,7 @@ class MapTracer:
         with self.clock.stage("solve"):
             rounds = [begin(openings.pop(0), self.surface.owner, self.goal, source) for source in sources]
             for each, spec in zip(rounds, specs, strict=True):
-                first = self._upsampled(each.estimates(), finer, spec)
+                first = self._upsampled(Estimates((each.values,), each.expected, each.rays), finer, spec)
                 if missed_share(first, finer.surface.covered, finer.goal.error or 0.0) > MOST_MISSED:
                     return None
                 del first
@@ -191,18 +196,13 @@ class MapTracer:
                 return None
             seen: Floats = np.minimum(sums / np.float32(first), np.float32(1.0))
             seen[seen <= 0.0] = -1.0  # what is wholly closed is taken for not traced yet
-            return self._as_seen(seen)
+            return seen
 
         self.stages.preview(values)
 
     def show(self, values: Floats) -> None:
-        """Show a map as it is so far."""
-        self.stages.preview(lambda: self._as_seen(values))
-
-    def _as_seen(self, values: Floats) -> Floats:
-        """In the size of the whole image."""
-        times = 1 << self.level
-        return values if times == 1 else values.repeat(times, axis=0).repeat(times, axis=1)
+        """Show a map as it is so far; of a coarse image, which is seen as well."""
+        self.stages.preview(lambda: values)
 
 
 class _RaysOfMap:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 
 from .base.arrays import Floats
@@ -128,6 +129,12 @@ class Stages:
     def control(self) -> Control:
         """What the running kernel call looks at."""
         return self._progress.control
+
+    def before(self, share: float) -> Stages:
+        """Stages that take a share of what is left, and come before all others of these."""
+        first = copy(self)
+        first._end = self._left = self._left + share * (self._end - self._left)
+        return first
 
     def enter(self, stage: str, *, rays: bool = False) -> Control:
         """The next stage. rays: whether the kernel counts rays in it."""

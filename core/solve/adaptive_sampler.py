@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..rays.accumulators import Accumulator
 from ..rays.map_spec import Axis
-from .blocks import block_sums, grown, largest, texels_of
+from .blocks import block_sums, grown, largest, lists_of, texels_of
 from .goal import Goal, first_rays
 from .probes import Error, Probes
 from .ray_source import RaySource
 from .running_estimate import RunningEstimate
 from .surface_filter import SurfaceFilter
-from .upsample import Estimates, Upsampled
+from .upsample import NOTHING_TOLD, Estimates, Upsampled
 
 GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
 # How fast squared errors fall with the rays: as their power of -1.5 where noise makes them, of -1 where the filter
@@ -54,7 +54,7 @@ class AdaptiveSampler:
         self._first = first_rays(goal)
         self._rays = np.full(self._texels.shape, self._first)  # of each texel, by block
         self._traced = np.ones(self._texels.shape, dtype=np.bool_)  # blocks that have rays of their own
-        self._coarse: Upsampled | None = None  # what tells the others
+        self._coarse: Estimates | None = None  # what tells the others
         self._part: _Part | None = None
         self._estimates: list[RunningEstimate] = []  # of each row
         self._round = 0
@@ -81,7 +81,8 @@ class AdaptiveSampler:
         """Begin with what a coarser image tells, which is taken over. Where that is not enough texels get rays of their
         own."""
         assert self._goal.error is not None
-        self._coarse, self.values, self.expected = coarse, coarse.rows[0], coarse.expected
+        self._coarse = Estimates(coarse.rows, coarse.expected, coarse.rays)  # its detail is let go
+        self.values, self.expected = coarse.rows[0], coarse.expected
         self._estimates = [RunningEstimate.empty(self._owner.shape, self._first) for _ in coarse.rows]
         self._traced[:] = False
         self._rays[:] = max(int(_TOLD_RAYS * self._first), 1)
@@ -100,16 +101,19 @@ class AdaptiveSampler:
     def _trace(self, extra: NDArray[np.int_]) -> None:
         """So many rays more to the texels of each block."""
         for rays in np.unique(extra[extra > 0]):
-            texels = texels_of(extra == rays, self.covered)
-            total, first = self._source.trace(texels, int(rays))
-            seen = total[0] >= 0.0  # some may face away this time
-            if not seen.all():
-                texels, total, first = texels[seen], total[:, seen], first[:, seen]
-            for estimate, *row in zip(self._estimates, total, first, strict=True):
-                estimate.add(row[0], row[1], int(rays), texels)
+            for texels in lists_of(extra == rays, self.covered):
+                self._trace_listed(texels, int(rays))
         self._rays = np.where(self._traced, self._rays + extra, np.where(extra > 0, extra, self._rays))
         if (extra[~self._traced] > 0).any():
             self._traced, self._part = self._traced | (extra > 0), None
+
+    def _trace_listed(self, texels: Longs, rays: int) -> None:
+        total, first = self._source.trace(texels, rays)
+        seen = total[0] >= 0.0  # some may face away this time
+        if not seen.all():
+            texels, total, first = texels[seen], total[:, seen], first[:, seen]
+        for estimate, *row in zip(self._estimates, total, first, strict=True):
+            estimate.add(row[0], row[1], rays, texels)
 
     def go_on(self, probed: Probes, error: Error) -> bool:
         """A further round, where it lowers the error most. Returns whether there was anything left to do."""
@@ -136,7 +140,9 @@ class AdaptiveSampler:
 
     def _filter(self) -> None:
         self.values, self.expected = self._filtered(0)
-        self._source.show(self.values)
+        self._source.show(
+            self.values[:]
+        )  # a view, by which who looks tells rounds apart: values may stay where they are
 
     def _filtered(self, row: int, *, shares: bool = True) -> tuple[Floats, Floats]:
         """A row of the map and its expected squared error. shares: whether the values are shares of the map's lobe."""
@@ -147,13 +153,15 @@ class AdaptiveSampler:
             np.copyto(image, np.float32(0.0), where=~self.covered)
         return values, expected
 
-    def _filtered_part(self, coarse: Upsampled, row: int, *, shares: bool) -> tuple[Floats, Floats]:
+    def _filtered_part(self, coarse: Estimates, row: int, *, shares: bool) -> tuple[Floats, Floats]:
         """As the coarser image tells it, but for texels that have rays of their own."""
         if not self._traced.any():
             return coarse.rows[row], coarse.expected
         part = self._own_part()
-        known = self._estimates[row].with_others(part.own, part.around, coarse.rows[row], coarse.expected)
+        known = self._estimates[row]
+        known.lend(part.own, part.around, coarse.rows[row], coarse.expected)
         values, expected = self._apply(part.filter, known, shares=shares)
+        known.take_back(part.around)
         coarse.rows[row].reshape(-1)[part.own] = values.reshape(-1)[part.own]
         if row == 0:
             coarse.expected.reshape(-1)[part.own] = expected.reshape(-1)[part.own]
@@ -245,5 +253,6 @@ def missed_share(coarse: Upsampled, covered: Flags, error: float) -> float:
 
 
 def _missed(coarse: Upsampled, texels: Doubles, error: float) -> Flags:
-    """The blocks with detail that a coarser image misses."""
-    return largest(block_sums(coarse.detail), _MISSED * error**2 * float(texels.sum()))
+    """The blocks with detail that a coarser image misses, and those where it tells nothing of some texel."""
+    detail = block_sums(coarse.detail)
+    return largest(detail, _MISSED * error**2 * float(texels.sum())) | (detail >= NOTHING_TOLD)

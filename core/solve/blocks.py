@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Flags, Floats, Longs
 
 BLOCK = 4  # texels along a side: a packet's sixteen
+
+_LISTED = 1 << 18  # blocks of one list of texels: some 100 MB on the way
 
 # A block's texels in the order of a packet's lanes, that of Morton: two by two, and those again.
 _X, _Y = (np.array([(lane >> shift & 1) + (lane >> shift + 1 & 2) for lane in range(BLOCK**2)]) for shift in (0, 1))
@@ -24,12 +29,26 @@ def block_sums(image: Floats) -> Doubles:
 
 def texels_of(blocks: Flags, covered: Flags) -> Longs:
     """The covered texels of the marked blocks, y · W + x, block by block."""
-    height, width = covered.shape
     rows, columns = np.nonzero(blocks)
-    y, x = (BLOCK * each[:, np.newaxis] + offset for each, offset in ((rows, _Y), (columns, _X)))
-    texels = y * width + x
+    return _texels_of(rows, columns, covered)
+
+
+def lists_of(blocks: Flags, covered: Flags) -> Iterator[Longs]:
+    """The same in lists of a bounded length."""
+    rows, columns = np.nonzero(blocks)
+    for first in range(0, len(rows), _LISTED):
+        listed = slice(first, first + _LISTED)
+        texels = _texels_of(rows[listed], columns[listed], covered)
+        if len(texels):
+            yield texels
+
+
+def _texels_of(rows: NDArray[np.intp], columns: NDArray[np.intp], covered: Flags) -> Longs:
+    height, width = covered.shape
+    texels: Longs = (rows * (BLOCK * width) + columns * BLOCK)[:, np.newaxis] + (_Y * width + _X)
     if height % BLOCK or width % BLOCK:
-        texels = texels[(y < height) & (x < width)]
+        inside = (BLOCK * rows[:, np.newaxis] + _Y < height) & (BLOCK * columns[:, np.newaxis] + _X < width)
+        texels = texels[inside]
     texels = texels.reshape(-1)
     found: Longs = texels[covered.reshape(-1)[texels]]
     return found

@@ -67,22 +67,18 @@ class RunningEstimate:
         noise[texels] += share * (_noise(total, first_half, rays) * more - noise[texels])
         precision[texels] = before + more
 
-    def with_others(self, own: Longs, others: Longs, value: Floats, square: Floats) -> RunningEstimate:
-        """That of some texels of its own, and of others that have no rays but values known otherwise. value, square:
-        (H, W) of all, what is known and the square of its error as it is expected."""
-        joined = RunningEstimate.empty(self.value.shape, self.unit)
+    def lend(self, own: Longs, others: Longs, value: Floats, square: Floats) -> None:
+        """Give texels that have no rays values that are known otherwise, until `take_back`. own: those that have some.
+        value, square: (H, W), what is known, and the square of its error as it is expected."""
         noise = np.float32(self.noise.reshape(-1)[own].mean())
-        for image, its in zip(joined._images(), self._images(), strict=True):
-            image[own] = its[own]
-        images = joined._images()
-        images[0][others] = value.reshape(-1)[others]
         known = noise / np.maximum(square.reshape(-1)[others], np.float32(1e-12))
-        images[1][others] = np.minimum(known, np.float32(_MOST_PRECISION))
-        images[2][others] = noise
-        return joined
+        self.value.reshape(-1)[others] = value.reshape(-1)[others]
+        self.precision.reshape(-1)[others] = np.minimum(known, np.float32(_MOST_PRECISION))
+        self.noise.reshape(-1)[others] = noise
 
-    def _images(self) -> tuple[Floats, ...]:
-        return tuple(image.reshape(-1) for image in (self.value, self.precision, self.noise))
+    def take_back(self, others: Longs) -> None:
+        """Texels have no rays any more that had none before."""
+        self.precision.reshape(-1)[others] = 0.0
 
 
 def _noise(total: Floats, first_half: Floats, rays: int) -> Floats:

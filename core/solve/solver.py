@@ -57,7 +57,9 @@ def solve_from(coarse: Upsampled, owner: Ints, goal: Goal, seed: int, source: Ra
     """Solve one map of which a coarser image tells most. The goal is an error, and no texel faces away.
 
     Raises as `solve`."""
-    return _to_goal(_refined(coarse, owner, goal, source), goal, seed, source)
+    rounds = _refined(coarse, owner, goal, source)
+    del coarse  # its detail is as large as the image
+    return _to_goal(rounds, goal, seed, source)
 
 
 def begin(opening: tuple[Floats, Floats | None], owner: Ints, goal: Goal, source: RaySource) -> AdaptiveSampler:

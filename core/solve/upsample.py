@@ -19,6 +19,8 @@ from ..base.arrays import Floats
 from ..rays.texel_surface import TexelSurface
 from .surface_filter import sharpness_of, slope_of
 
+NOTHING_TOLD = 1.0  # the detail of a texel of which a coarser image tells nothing
+
 
 @dataclass(frozen=True, eq=False)
 class Estimates:

@@ -10,7 +10,7 @@ import pytest
 from occlusion_bake.core.bake import bake
 from occlusion_bake.core.base.errors import Cancelled
 from occlusion_bake.core.base.kernel_api import Control
-from occlusion_bake.core.progress import Progress
+from occlusion_bake.core.progress import Progress, Stages
 from occlusion_bake.core.rays.embree import open_device
 from occlusion_bake.core.rays.map_spec import AO
 from occlusion_bake.core.rays.occluders import Occluders
@@ -83,6 +83,19 @@ def test_stages_without_a_share_do_not_count() -> None:
     control = progress.enter("reading the scene")
     control.done = control.total = 10
     assert progress.fraction == 0.0
+
+
+def test_stages_before_others_take_a_share_of_what_is_left(stage: Scene) -> None:
+    progress = Progress()
+    stages = Stages(progress, stage.targets[0], (0.2, 1.0), plain=False)
+    first = stages.before(0.5)
+    for _ in range(20):
+        control = first.enter("tracing")
+        control.done = control.total = 1
+    assert progress.fraction == pytest.approx(0.6, abs=1e-5)
+    control = stages.enter("tracing")
+    control.done = control.total = 1
+    assert progress.fraction == pytest.approx(0.8)
 
 
 def test_a_bake_is_cancelled_from_another_thread(stage: Scene) -> None:

@@ -284,12 +284,12 @@ struct Piece {
 };
 
 void search(const Grid &grid, int64_t index, Candidates &candidates, std::vector<std::pair<float, uint32_t>> &spare,
-            Piece &piece) {
+            ob_control *control, Piece &piece) {
   const auto all = static_cast<int64_t>(grid.cells());
   for (int64_t cell = index * kCellPiece; cell < std::min(all, (index + 1) * kCellPiece); ++cell) {
     const auto at = static_cast<size_t>(cell);
     grid.find(at, candidates);
-    for (const Bounds *own = grid.begin(at); own != grid.end(at); ++own) {
+    for (const Bounds *own = grid.begin(at); own != grid.end(at) && !cancelled(control); ++own) { // there may be many
       const size_t before = piece.near.size();
       append_near(*own, candidates, spare, piece.near);
       piece.lists.emplace_back(own->index, static_cast<uint32_t>(piece.near.size() - before));
@@ -298,7 +298,7 @@ void search(const Grid &grid, int64_t index, Candidates &candidates, std::vector
 }
 
 // The lists in order of their clusters.
-void put_in_order(const std::vector<Piece> &pieces, int threads, ob_filter &filter) {
+void put_in_order(std::vector<Piece> &pieces, int threads, ob_filter &filter) {
   filter.first.assign(filter.clusters.size() + 1, 0);
   for (const Piece &piece : pieces) {
     for (const auto &[cluster, count] : piece.lists) {
@@ -311,8 +311,9 @@ void put_in_order(const std::vector<Piece> &pieces, int threads, ob_filter &filt
   filter.near.resize(static_cast<size_t>(filter.first.back()));
   run_parallel(threads, static_cast<int64_t>(pieces.size()), [&](auto next) {
     for (int64_t i = next(); i >= 0; i = next()) {
-      const Asked *from = pieces[static_cast<size_t>(i)].near.data();
-      for (const auto &[cluster, count] : pieces[static_cast<size_t>(i)].lists) {
+      Piece piece = std::move(pieces[static_cast<size_t>(i)]); // gives its memory back
+      const Asked *from = piece.near.data();
+      for (const auto &[cluster, count] : piece.lists) {
         std::copy_n(from, count, filter.near.data() + filter.first[cluster]);
         from += count;
       }
@@ -329,7 +330,7 @@ void list_neighbours(ob_filter &filter, int32_t threads, ob_control *control) {
     Candidates candidates;
     std::vector<std::pair<float, uint32_t>> spare;
     for (int64_t i = next(); i >= 0 && !cancelled(control); i = next()) {
-      search(grid, i, candidates, spare, pieces[static_cast<size_t>(i)]);
+      search(grid, i, candidates, spare, control, pieces[static_cast<size_t>(i)]);
       advance(control, 1);
     }
   });

@@ -187,6 +187,8 @@ struct CoarseSample {
   float weight; // 0: it does not count
 };
 
+constexpr float kNothingTold = 1.0F; // the detail between coarse points where they tell nothing
+
 // Sixteen texels of the finer image. Those of no surface hold numbers of no meaning.
 struct FinePoints {
   Lanes3 position, normal;

@@ -44,7 +44,7 @@ template <typename Item> Uncleared<Item> joined(std::vector<std::vector<Item>> &
     for (int64_t i = next(); i >= 0; i = next()) {
       auto &part = parts[static_cast<size_t>(i)];
       std::copy(part.begin(), part.end(), all.data() + first[static_cast<size_t>(i)]);
-      part = {};
+      std::remove_reference_t<decltype(part)>().swap(part); // gives its memory back
     }
   });
   return all;

@@ -21,7 +21,7 @@
 namespace ob {
 namespace {
 
-// Listed texels are looked at one by one, so that what their tiles share need not average out over an image.
+// Lists are short, or are of one round among several: what their tiles share need not average out so well.
 constexpr int32_t kListSets = 64;
 
 std::atomic<int64_t> embree_cycles{0};

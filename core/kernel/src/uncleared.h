@@ -13,6 +13,10 @@ template <typename Item> struct UnclearedItems : std::allocator<Item> {
     using other = UnclearedItems<Other>;
   };
 
+  UnclearedItems() = default;
+  template <typename Other>
+  UnclearedItems(const UnclearedItems<Other> & /*other*/) {} // NOLINT(google-explicit-constructor): an allocator's
+
   template <typename Other> void construct(Other *item) { ::new (static_cast<void *>(item)) Other; }
 
   template <typename Other, typename... From> void construct(Other *item, From &&...from) {

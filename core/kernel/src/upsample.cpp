@@ -59,7 +59,7 @@ int read_samples(const ob_coarse &coarse, Texel first, CoarseSample *samples, in
       const int64_t texel = static_cast<int64_t>(y) * coarse.width + x;
       const float *position = coarse.positions + 3 * texel;
       const float *normal = coarse.normals + 3 * texel;
-      if (coarse.owner[texel] < 0 || !finite(position) || !finite(normal)) {
+      if (coarse.owner[texel] < 0 || !finite(position) || !finite(normal) || !std::isfinite(coarse.error[texel])) {
         continue;
       }
       texels[count] = texel;
@@ -89,7 +89,7 @@ struct Upsampled {
 // Of one block, where there is nothing around it.
 struct Told {
   Lanes value{}, error{};
-  Lanes detail = 1.0F - Lanes{};
+  Lanes detail = kNothingTold - Lanes{};
 };
 
 class Upsampling {
@@ -141,14 +141,22 @@ private:
       if (active[lane] != 0) {
         const Texel texel = texel_of(tile_x, tile_y, block, lane);
         const int64_t index = static_cast<int64_t>(texel.y) * surface_.width + texel.x;
-        const bool sound = std::isfinite(told.value[lane]) && std::isfinite(told.error[lane] + told.detail[lane]);
-        into_.values[row][index] = sound ? std::clamp(told.value[lane], 0.0F, 1.0F) : 0.0F;
+        const bool sound = std::isfinite(told.value[lane]) && std::isfinite(told.error[lane] + told.detail[lane]) &&
+                           told.detail[lane] < kNothingTold;
+        const float value = sound ? told.value[lane] : own_value(texel, row);
+        into_.values[row][index] = std::isfinite(value) ? std::clamp(value, 0.0F, 1.0F) : 0.0F;
         if (row == 0) { // its errors stand for those of all
           into_.error[index] = sound ? told.error[lane] : 0.0F;
-          into_.detail[index] = sound ? told.detail[lane] : 1.0F;
+          into_.detail[index] = sound ? told.detail[lane] : kNothingTold;
         }
       }
     }
+  }
+
+  // That of the coarse texel that a fine one is a quarter of.
+  float own_value(Texel texel, int32_t row) const {
+    const int64_t own = static_cast<int64_t>(texel.y / kFactor) * coarse_.width + texel.x / kFactor;
+    return coarse_.owner[own] >= 0 ? coarse_.values[row][own] : 0.0F;
   }
 
   const ob_surface &surface_;

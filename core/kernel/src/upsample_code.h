@@ -75,9 +75,9 @@ void upsample(const FinePoints &points, const CoarseSample *samples, int count, 
   }
   const Fit<kByNormal> fit = fitted(m, broadcast(1.0F), per_slope2);
   const LaneMask told = m.w >= kLeastCoarseWeight;
-  value = told ? samples[0].value + fit.value : broadcast(samples[0].value);
+  value = samples[0].value + fit.value;
   error = fit.noise;
-  detail = told ? kDetailError * fit.residual : broadcast(1.0F);
+  detail = told ? kDetailError * fit.residual : broadcast(kNothingTold);
 }
 
 } // namespace

@@ -19,7 +19,7 @@ WANTED = 1 / 255
 
 @pytest.fixture(autouse=True)
 def small_images_are_halved(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("occlusion_bake.core.map_tracer.LEAST_TEXELS", 1 << 12)
+    monkeypatch.setattr("occlusion_bake.core.map_tracer.LEAST_TEXELS", 1 << 10)
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +66,31 @@ def test_a_contact_shadow_of_a_few_texels_is_not_lost(scene: Scene, reference: B
     assert right[here].min() < 0.05 and right[here].max() > 0.9
     assert np.abs(baked.maps["ao"].values[here] - right[here]).max() < 0.12
     assert np.sqrt(np.mean((baked.maps["ao"].values[here] - right[here]) ** 2)) < 4 * WANTED
+
+
+@pytest.mark.parametrize("size", [(256, 128), (250, 252), (129, 256)])
+def test_images_of_any_size_are_as_good(scene: Scene, size: tuple[int, int]) -> None:
+    """Halved as often as their sides are even."""
+    settings = {"width": size[0], "height": size[1]}
+    right = bake_one(scene, rays=1024, seed=77, **settings)
+    assert rmse(bake_one(scene, error=2 * WANTED, **settings), right) < 2.2 * WANTED
+
+
+def test_a_chart_of_a_few_texels_has_values_of_its_own() -> None:
+    """One in the dark, beside a large one in the open; its texels are fewer than what coarse ones could tell."""
+    large = shapes.quad((-2, -2, 0), (4, 0, 0), (0, 4, 0), cell=(0.0, 0.0, 1.0, 0.96))
+    small = shapes.quad((8, 0, 0), (0.06, 0, 0), (0, 0.06, 0), cell=(0.98, 0.98, 0.992, 0.992))
+    lid = shapes.moved(shapes.block((0.5, 0.5, 0.01), name="lid"), (8, 0, 0.03))
+    baked = bake_one(shapes.scene(shapes.joined([large, small]), lid), size=SIZE, error=4 * WANTED).maps["ao"]
+    corner = np.s_[:8, -8:]
+    dark = baked.values[corner][baked.covered[corner]]
+    assert len(dark) >= 4 and dark.max() < 0.2
+
+
+@pytest.mark.parametrize("error", [1e-5, 0.5])
+def test_the_least_and_the_largest_error_may_be_asked_for(error: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("occlusion_bake.core.solve.adaptive_sampler.MOST_ROUNDS", 1)
+    assert bake_one(shapes.scene(shapes.plane(1.0)), size=SIZE, error=error).maps["ao"].error == 0.0
 
 
 def test_several_maps_come_from_the_same_halving(scene: Scene, reference: Baked) -> None:
