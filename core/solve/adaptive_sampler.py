@@ -140,9 +140,8 @@ class AdaptiveSampler:
 
     def _filter(self) -> None:
         self.values, self.expected = self._filtered(0)
-        self._source.show(
-            self.values[:]
-        )  # a view, by which who looks tells rounds apart: values may stay where they are
+        # A view, by which who looks tells rounds apart: values may stay where they are.
+        self._source.show(self.values[:])
 
     def _filtered(self, row: int, *, shares: bool = True) -> tuple[Floats, Floats]:
         """A row of the map and its expected squared error. shares: whether the values are shares of the map's lobe."""
