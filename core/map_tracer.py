@@ -30,10 +30,17 @@ from .spherical.lobe import open_horizon
 _NEXT_SEED, _PROBES, _CODES, _LEVELS = 0x9E3779B97F4A7C15, 1 << 20, 1 << 21, 1 << 22
 
 # Where texels are finer than what changes, an image half as wide and high tells most of a map, and one half as wide of
-# that. With fewer texels of its own such an image would be too coarse for what most meshes have of detail.
-LEAST_TEXELS = 1 << 18
+# that. With fewer texels of its own such an image would be too coarse for what most meshes have of detail (measured on
+# samples and models at 1/50 to 1/510).
+LEAST_TEXELS = 1 << 18  # at an error of LEAST_AT or less; above it they fall as its square, to a quarter
+LEAST_AT = 1.0 / 255.0
 COARSER = 0.92  # of the error that is wanted: what each halving leaves for what the coarser image misses
 MOST_MISSED = 0.5  # of the texels may need rays of their own
+
+
+def _least_texels(error: float) -> float:
+    """Of an image that is halved no more. error: the RMSE wanted."""
+    return LEAST_TEXELS * min(max((LEAST_AT / error) ** 2, 0.25), 1.0)
 
 
 @dataclass(eq=False)
@@ -85,7 +92,7 @@ class MapTracer:
             is None  # a low mesh's texels are points, and what is between them is not seen
             and all(each.axis is Axis.NORMAL for each in specs)
             and height % 2 == width % 2 == 0
-            and np.count_nonzero(self.surface.covered) > 4 * LEAST_TEXELS
+            and np.count_nonzero(self.surface.covered) > 4 * _least_texels(self.goal.error)
         )
 
     def _tell(self, finer: MapTracer, specs: Sequence[MapSpec]) -> list[Upsampled] | None:
