@@ -88,8 +88,7 @@ class MapTracer:
             self.goal.error is not None
             and self.goal.filters
             and self.surface.texel_normals is None  # as fine as the texels
-            and self.surface.mesh.spacing
-            is None  # a low mesh's texels are points, and what is between them is not seen
+            and self.surface.mesh.spacing is None  # a low mesh's texels are points: between them nothing is seen
             and all(each.axis is Axis.NORMAL for each in specs)
             and height % 2 == width % 2 == 0
             and np.count_nonzero(self.surface.covered) > 4 * _least_texels(self.goal.error)
@@ -131,7 +130,7 @@ class MapTracer:
             into = np.zeros((count_images(specs), *self.surface.owner.shape), dtype=np.float32)
             if specs[0].accumulator is not Accumulator.LIGHT:  # whose sums are no share of the rays
                 self._preview(into[0], rays)
-            sums = self.trace(self.surface, specs, self.options_of(rays, 0), halves=not self.goal.plain, into=into)
+            sums = self._trace(specs, self.options_of(rays, 0), halves=not self.goal.plain, into=into)
             self.stages.preview(None)  # it holds the sums
             del into
         return _openings(sums, specs, rays)  # `solve` lets go of them once it has read them
@@ -154,24 +153,13 @@ class MapTracer:
         """Those of a draw of probes."""
         return self.options_of(rays, _PROBES + number)
 
-    def trace(
-        self,
-        surface: TexelSurface,
-        specs: Sequence[MapSpec],
-        options: TraceOptions,
-        *,
-        halves: bool,
-        into: Floats | None = None,
-    ) -> Sums:
-        """A round of rays, the horizon divided out where that is asked for."""
+    def _trace(self, specs: Sequence[MapSpec], options: TraceOptions, *, halves: bool, into: Floats) -> Sums:
+        """A round of rays of all texels, the horizon divided out where that is asked for."""
         control = self.stages.enter("tracing", rays=True)
-        sums = trace(self.scene, surface, specs, options, halves=halves, into=into, control=control)
+        sums = trace(self.scene, self.surface, specs, options, halves=halves, into=into, control=control)
         for spec, its in zip(specs, image_slices(specs), strict=True):
             if spec.divided:
-                openness = self.openness(spec)
-                for images in (sums.all, sums.first_half):
-                    if images is not None:
-                        horizon.divide(images[its.start], openness)
+                _divide(sums, its.start, self.openness(spec))
         return sums
 
     def openness(self, spec: MapSpec, texels: Longs | None = None) -> Doubles:
@@ -207,10 +195,6 @@ class MapTracer:
 
         self.stages.preview(values)
 
-    def show(self, values: Floats) -> None:
-        """Show a map as it is so far; of a coarse image, which is seen as well."""
-        self.stages.preview(lambda: values)
-
 
 class _RaysOfMap:
     """Rounds and probes of one map: the solver's `RaySource`."""
@@ -236,15 +220,11 @@ class _RaysOfMap:
 
     def trace(self, texels: Longs, rays: int) -> tuple[Floats, Floats]:
         """As `RaySource.trace`."""
-        tracer, spec = self._tracer, self._spec
+        tracer, totals = self._tracer, self._spec.accumulator.totals
         with tracer.clock.stage("trace"):
             options, control = tracer.options_of(rays, next(self._rounds)), tracer.stages.enter("tracing", rays=True)
-            sums = trace_texels(tracer.scene, tracer.surface, texels, (spec,), options, halves=True, control=control)
+            sums = self._sums(texels, options, control, halves=True)
         assert sums.first_half is not None
-        if spec.divided:
-            for images in (sums.all, sums.first_half):
-                horizon.divide(images[0], tracer.openness(spec, texels))
-        totals = spec.accumulator.totals
         return totals(sums.all, rays), totals(sums.first_half, rays // 2)
 
     def probe(self, texels: Longs, rays: int) -> Floats:
@@ -252,10 +232,14 @@ class _RaysOfMap:
         tracer = self._tracer
         with tracer.clock.stage("probe"):
             options = tracer.options_of_probes(rays, next(self._draws))
-            control = tracer.stages.control
-            sums = trace_texels(tracer.scene, tracer.surface, texels, (self._spec,), options, control=control).all
-        if self._spec.divided:
-            horizon.divide(sums[0], tracer.openness(self._spec, texels))
+            return self._sums(texels, options, tracer.stages.control, halves=False).all
+
+    def _sums(self, texels: Longs, options: TraceOptions, control: Control, *, halves: bool) -> Sums:
+        """Of listed texels, the horizon divided out where that is asked for."""
+        tracer, spec = self._tracer, self._spec
+        sums = trace_texels(tracer.scene, tracer.surface, texels, (spec,), options, halves=halves, control=control)
+        if spec.divided:
+            _divide(sums, 0, tracer.openness(spec, texels))
         return sums
 
     def enter(self, stage: str) -> Control:
@@ -264,7 +248,7 @@ class _RaysOfMap:
 
     def show(self, values: Floats) -> None:
         """As `RaySource.show`."""
-        self._tracer.show(values)
+        self._tracer.stages.preview(lambda: values)
 
 
 def _openings(sums: Sums, specs: Sequence[MapSpec], rays: int) -> list[tuple[Floats, Floats | None]]:
@@ -274,3 +258,10 @@ def _openings(sums: Sums, specs: Sequence[MapSpec], rays: int) -> list[tuple[Flo
         half = None if sums.first_half is None else each.accumulator.totals(sums.first_half[images], rays // 2)
         openings.append((each.accumulator.totals(sums.all[images], rays), half))
     return openings
+
+
+def _divide(sums: Sums, image: int, openness: Doubles) -> None:
+    """Take the horizon out of a map's sums, which are one image of all."""
+    for images in (sums.all, sums.first_half):
+        if images is not None:
+            horizon.divide(images[image], openness)

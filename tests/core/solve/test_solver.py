@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.bake import Baked
-from occlusion_bake.core.base.arrays import Floats, Ints, Longs
+from occlusion_bake.core.base.arrays import Floats, Longs
 from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
 from occlusion_bake.core.scene.scene import Scene
 from occlusion_bake.core.solve.goal import Goal, first_rays
@@ -205,7 +205,7 @@ class OneRound:
     def filter(self) -> SurfaceFilter:
         raise AssertionError("a plain bake has no filter")
 
-    def trace(self, owner: Ints, rays: int) -> tuple[Floats, Floats]:
+    def trace(self, texels: Longs, rays: int) -> tuple[Floats, Floats]:
         raise AssertionError("a plain bake has one round")
 
     def probe(self, texels: Longs, rays: int) -> Floats:
