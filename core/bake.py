@@ -121,9 +121,9 @@ class Baker:
 
 def _with_texels(target: Instance, owner: Ints) -> Flags:
     """(T,) bool: the triangles that own any."""
-    having = np.zeros(len(target.mesh.triangles), dtype=np.bool_)
-    having[owner[owner >= 0]] = True
-    return having
+    having = np.zeros(len(target.mesh.triangles) + 1, dtype=np.bool_)
+    having[owner] = True  # -1, none, is the last
+    return having[:-1]
 
 
 def _owned_by(part: Part, owner: Ints) -> Flags:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 14
+ABI_VERSION = 15
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -158,6 +158,7 @@ _FUNCTIONS: dict[str, list[Any]] = {
         *[c_void_p, c_void_p, POINTER(RasterReport), _CONTROL],
     ],
     "ob_surface_points": [POINTER(Surface), c_int32, c_void_p, c_void_p],
+    "ob_fill_margin": [c_void_p, c_int32, c_int32, c_int32, c_float, c_void_p],
     "ob_trace": [
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
         *[POINTER(c_void_p), POINTER(c_void_p), _CONTROL],

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
-
 import numpy as np
-from numpy.typing import NDArray
 
-from ..base.arrays import Doubles, Flags, Floats
+from ..base import kernel_api as api
+from ..base.arrays import Flags, Floats
 from ..base.errors import InputError
-
-Kind = TypeVar("Kind", bound=np.generic)
 
 
 def fill_margin(values: Floats, covered: Flags, pixels: int) -> Floats:
@@ -26,19 +22,12 @@ def fill_margin(values: Floats, covered: Flags, pixels: int) -> Floats:
         raise InputError(f"margin {pixels}: cannot be negative; give 0 texels or more")
     if values.ndim != 2 or values.shape != covered.shape:
         raise InputError(f"margin: values {values.shape} and coverage {covered.shape} differ; give two (h, w) arrays")
-    stride = values.shape[1] + 2
-    filled = _framed(np.where(covered, values, np.float32(0.0)))  # unknown texels add nothing to a sum
-    known = _framed(covered)
-    waiting = _framed(~covered)  # the frame waits for nothing, so no ring leaves the image or wraps around it
-    ring = _first_ring(known, waiting, stride)
-    for _ in range(pixels):
-        if len(ring) == 0:
-            break
-        filled[ring] = _mean_of_known(filled, known, ring, stride)
-        known[ring] = True
-        ring = _next_ring(ring, waiting, stride)
-    np.copyto(filled, np.float32(covered_mean(values, covered)), where=~known)
-    return np.ascontiguousarray(filled.reshape(-1, stride)[1:-1, 1:-1])
+    filled = np.array(values, dtype=np.float32, order="C")
+    covered = np.ascontiguousarray(covered)
+    (height, width), beyond = filled.shape, covered_mean(values, covered)
+    places = (api.address(covered, np.bool_, height, width), api.address(filled, np.float32, height, width))
+    api.check(api.library().ob_fill_margin(places[0], width, height, pixels, beyond, places[1]))
+    return filled
 
 
 def covered_mean(values: Floats, covered: Flags) -> float:
@@ -56,52 +45,3 @@ def fill_margins(values: Floats, covered: Flags, pixels: int) -> Floats:
     for channel in range(values.shape[2]):
         values[..., channel] = fill_margin(values[..., channel], covered, pixels)
     return values
-
-
-def _framed(image: NDArray[Kind]) -> NDArray[Kind]:
-    """The image, flat, in a frame of zeros one texel wide."""
-    return np.pad(image, 1).ravel()
-
-
-def _axes(stride: int) -> tuple[int, int, int, int]:
-    """Steps to four of the eight neighbours; the other four are opposite."""
-    return 1, stride, stride - 1, stride + 1
-
-
-def _first_ring(known: Flags, waiting: Flags, stride: int) -> NDArray[np.intp]:
-    """Waiting texels that touch a known one, no longer waiting: the only pass over the whole image."""
-    touched = np.zeros_like(known)
-    for step in _axes(stride):
-        touched[step:] |= known[:-step]
-        touched[:-step] |= known[step:]
-    ring = np.flatnonzero(touched & waiting)
-    waiting[ring] = False
-    return ring
-
-
-def _next_ring(ring: NDArray[np.intp], waiting: Flags, stride: int) -> NDArray[np.intp]:
-    """Waiting texels that touch the ring. Each is found once, for it waits no longer when it has been found."""
-    found = []
-    for step in _axes(stride):
-        for neighbours in (ring - step, ring + step):
-            fresh = neighbours[waiting[neighbours]]
-            waiting[fresh] = False
-            found.append(fresh)
-    return np.concatenate(found)
-
-
-def _mean_of_known(filled: Floats, known: Flags, ring: NDArray[np.intp], stride: int) -> Doubles:
-    """Means over the known neighbours of each texel of the ring.
-
-    Opposite neighbours are added first, then straight to diagonal ones: turning or mirroring the image only swaps the
-    two sides of an addition, so the result turns with it to the last bit.
-    """
-    sums = []
-    count = np.zeros(len(ring), dtype=np.uint8)
-    for step in _axes(stride):
-        before, after = ring - step, ring + step
-        sums.append(filled[before].astype(np.float64) + filled[after])
-        count += known[before]
-        count += known[after]
-    mean: Doubles = ((sums[0] + sums[1]) + (sums[2] + sums[3])) / count
-    return mean

@@ -27,7 +27,7 @@ class TexelSurface:
     texel_normals: Floats | None = None
     threads: int = 0
 
-    @property
+    @cached_property
     def covered(self) -> Flags:
         """(H, W) bool: texels that some triangle covers in part; conservative, none is left out."""
         mask: Flags = self.owner >= 0
@@ -45,8 +45,7 @@ class TexelSurface:
 
     @cached_property
     def _points(self) -> tuple[Floats, Floats]:
-        positions = np.zeros((*self.owner.shape, 3), dtype=np.float32)
-        normals = np.zeros_like(positions)
+        positions, normals = (np.zeros((*self.owner.shape, 3), dtype=np.float32) for _ in range(2))
         places = (api.address(each, np.float32, *self.owner.shape, 3) for each in (positions, normals))
         api.check(api.library().ob_surface_points(byref(self.described()), self.threads, *places))
         return positions, normals

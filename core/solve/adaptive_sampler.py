@@ -50,7 +50,7 @@ class AdaptiveSampler:
 
     def __init__(self, owner: Ints, covered: Flags, goal: Goal, source: RaySource) -> None:
         self._owner, self.covered, self._goal, self._source = owner, covered, goal, source
-        self._texels = block_sums(covered.astype(np.float32))
+        self._texels = block_sums(covered)
         self._first = first_rays(goal)
         self._rays = np.full(self._texels.shape, self._first)  # of each texel, by block
         self._traced = np.ones(self._texels.shape, dtype=np.bool_)  # blocks that have rays of their own
@@ -159,7 +159,7 @@ class AdaptiveSampler:
         part = self._own_part()
         known = self._estimates[row]
         known.lend(part.own, part.around, coarse.rows[row], coarse.expected)
-        values, expected = self._apply(part.filter, known, shares=shares)
+        values, expected = self._apply(part.filter, known, part.own, shares=shares)
         known.take_back(part.around)
         coarse.rows[row].reshape(-1)[part.own] = values.reshape(-1)[part.own]
         if row == 0:
@@ -177,7 +177,9 @@ class AdaptiveSampler:
             self._part = _Part(own, around, self._source.filter_of(owner))
         return self._part
 
-    def _apply(self, surface_filter: SurfaceFilter, known: RunningEstimate, *, shares: bool) -> tuple[Floats, Floats]:
+    def _apply(
+        self, surface_filter: SurfaceFilter, known: RunningEstimate, texels: Longs | None = None, *, shares: bool
+    ) -> tuple[Floats, Floats]:
         spec = self._source.spec
         return surface_filter.filter(
             known.value,
@@ -186,6 +188,7 @@ class AdaptiveSampler:
             spec.exponent,
             about_normal=shares and spec.axis is Axis.NORMAL,
             plain=not self._goal.filters,
+            texels=texels,
             control=self._source.enter("filtering"),
         )
 
@@ -247,7 +250,7 @@ def _running_sums(values: Doubles, order: NDArray[np.intp]) -> Doubles:
 
 def missed_share(coarse: Upsampled, covered: Flags, error: float) -> float:
     """The share of the texels, 0 to 1, that what a coarser image tells is not enough for. error: the RMSE wanted."""
-    texels = block_sums(covered.astype(np.float32))
+    texels = block_sums(covered)
     return float(texels.sum(where=_missed(coarse, texels, error)) / max(texels.sum(), 1.0))
 
 

@@ -17,13 +17,17 @@ _LISTED = 1 << 18  # blocks of one list of texels: some 100 MB on the way
 _X, _Y = (np.array([(lane >> shift & 1) + (lane >> shift + 1 & 2) for lane in range(BLOCK**2)]) for shift in (0, 1))
 
 
-def block_sums(image: Floats) -> Doubles:
-    """(H, W) → sums over blocks, float64; the last ones may be cut short by the image's edge."""
+def block_sums(image: Floats | Flags) -> Doubles:
+    """(H, W) → sums over blocks; the last ones may be cut short by the image's edge."""
     height, width = image.shape
     whole = height % BLOCK == width % BLOCK == 0
     padded = image if whole else np.pad(image, ((0, -height % BLOCK), (0, -width % BLOCK)))
-    blocks = padded.reshape(padded.shape[0] // BLOCK, BLOCK, padded.shape[1] // BLOCK, BLOCK)
-    sums: Doubles = np.einsum("iajb->ij", blocks, dtype=np.float64, casting="safe")
+    # Sums of four need no more digits than the image has; and numpy is slow where it sums few numbers many times.
+    kind = np.uint8 if padded.dtype == np.bool_ else padded.dtype
+    columns = padded.reshape(-1, BLOCK, padded.shape[1]).sum(axis=1, dtype=kind)
+    sums: Doubles = columns[:, ::BLOCK].astype(np.float64)
+    for column in range(1, BLOCK):
+        sums += columns[:, column::BLOCK]
     return sums
 
 
@@ -44,14 +48,24 @@ def lists_of(blocks: Flags, covered: Flags) -> Iterator[Longs]:
 
 
 def _texels_of(rows: NDArray[np.intp], columns: NDArray[np.intp], covered: Flags) -> Longs:
-    height, width = covered.shape
-    texels: Longs = (rows * (BLOCK * width) + columns * BLOCK)[:, np.newaxis] + (_Y * width + _X)
-    if height % BLOCK or width % BLOCK:
-        inside = (BLOCK * rows[:, np.newaxis] + _Y < height) & (BLOCK * columns[:, np.newaxis] + _X < width)
+    texels, inside = all_texels_of(rows, columns, covered.shape)
+    if not inside.all():
         texels = texels[inside]
     texels = texels.reshape(-1)
     found: Longs = texels[covered.reshape(-1)[texels]]
     return found
+
+
+def all_texels_of(
+    rows: NDArray[np.intp], columns: NDArray[np.intp], shape: tuple[int, ...]
+) -> tuple[Longs, NDArray[np.bool_]]:
+    """(N, 16) int64: the texels of N blocks, y · W + x; and whether each lies in an image of this shape."""
+    height, width = shape
+    texels: Longs = (rows * (BLOCK * width) + columns * BLOCK)[:, np.newaxis] + (_Y * width + _X)
+    if height % BLOCK == width % BLOCK == 0:
+        return texels, np.broadcast_to(np.True_, texels.shape)
+    inside = (BLOCK * rows[:, np.newaxis] + _Y < height) & (BLOCK * columns[:, np.newaxis] + _X < width)
+    return texels, inside
 
 
 def grown(blocks: Flags) -> Flags:
@@ -63,9 +77,8 @@ def grown(blocks: Flags) -> Flags:
 
 
 def largest(sums: Doubles, rest: float) -> Flags:
-    """The fewest of the blocks without which the sum is no more than the rest."""
-    order = np.argsort(sums, axis=None)
-    count = int(np.searchsorted(np.cumsum(sums.reshape(-1)[order]), rest, side="right"))
-    marked = np.zeros(sums.size, dtype=np.bool_)
-    marked[order[count:]] = True
-    return marked.reshape(sums.shape)
+    """The fewest of the blocks without which the sum is no more than the rest; of equal ones all."""
+    ladder = np.sort(sums, axis=None)
+    count = int(np.searchsorted(np.cumsum(ladder), rest, side="right"))
+    marked: Flags = sums >= ladder[count] if count < len(ladder) else np.zeros(sums.shape, dtype=np.bool_)
+    return marked

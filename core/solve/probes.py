@@ -15,12 +15,12 @@ import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Longs, Reals
 from ..rays.accumulators import Accumulator, directions
+from .blocks import all_texels_of, block_sums
 
 MOST, FEWEST, SHARE = 4096, 256, 4  # probes: one texel of SHARE, but between these, and no more than there are
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
 FEWEST_LANE_RAYS, MOST_LANE_RAYS = 4, 512
 _MOST_DOUBT = 0.1  # of a wanted square
-_BAND = 1 << 20  # texels that are looked at together when probes are placed: bounds the memory
 
 # Texels and rays each → sums, by other rays at each call: (images, N) float32.
 Trace = Callable[[Longs, int], Floats]
@@ -106,33 +106,30 @@ def how_many(texels: int) -> int:
 def place(expected: Floats, covered: Flags, seed: int) -> tuple[Longs, Doubles]:
     """Choose texels to probe, half of them evenly and half by the expected squared error; texels and weights.
 
-    expected: (H, W) float32. Stratified: one texel from each of equal shares of the image, along its rows.
+    expected: (H, W) float32, 0 where nothing is covered. Stratified: one texel from each of equal shares of the image,
+    block by block.
     """
-    texels = int(np.count_nonzero(covered))
-    count = how_many(texels)
+    texels, squares = block_sums(covered), block_sums(expected)
+    count = how_many(int(texels.sum()))
     if count == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
-    mean = float(expected.sum(dtype=np.float64, where=covered)) / texels
+    mean = float(squares.sum() / texels.sum())
     even, steered = (0.5, 0.5 / mean) if mean > 0.0 else (1.0, 0.0)
+    ladder = np.concatenate([[0.0], np.cumsum(even * texels + steered * squares)])
     jitter = np.random.default_rng(seed & 0xFFFFFFFFFFFFFFFF).random(count)  # one for all would alias with the rows
-    steps = (np.arange(count) + jitter) * ((even + steered * mean) * texels / count)
-    chosen, weight = np.empty(count, dtype=np.int64), np.empty(count)
-    band = max(_BAND // covered.shape[1], 1)
-    done, passed = 0, 0.0  # steps that have their texel, and the height of the ladder below the band
-    for top in range(0, len(covered), band):
-        here = np.flatnonzero(covered[top : top + band])
-        if not len(here):
-            continue
-        density = even + steered * expected[top : top + band].reshape(-1)[here].astype(np.float64)
-        ladder = passed + np.cumsum(density)
-        passed = float(ladder[-1])
-        end = int(np.searchsorted(steps, passed)) if len(here) < texels else count
-        texels -= len(here)
-        index = np.minimum(np.searchsorted(ladder, steps[done:end], side="right"), len(here) - 1)
-        chosen[done:end] = top * covered.shape[1] + here[index]
-        weight[done:end] = 1.0 / density[index]
-        done = end
-    return chosen, weight
+    steps = np.minimum((np.arange(count) + jitter) * (ladder[-1] / count), np.nextafter(ladder[-1], 0.0))
+    block = np.searchsorted(ladder, steps, side="right") - 1
+    # Within its block a step goes on by the block's texels; rounding may carry it past the last of them.
+    rows, columns = np.divmod(block, texels.shape[1])
+    among, inside = all_texels_of(rows, columns, covered.shape)
+    among = np.where(inside, among, among[:, :1])
+    there = inside & covered.reshape(-1)[among]
+    density = np.where(there, even + steered * expected.reshape(-1)[among].astype(np.float64), 0.0)
+    rungs = np.cumsum(density, axis=1)
+    rest = np.minimum(steps - ladder[block], np.nextafter(rungs[:, -1], 0.0))
+    lane = (rungs <= rest[:, np.newaxis]).sum(axis=1)[:, np.newaxis]
+    chosen: Longs = np.take_along_axis(among, lane, axis=1)[:, 0]
+    return chosen, 1.0 / np.take_along_axis(density, lane, axis=1)[:, 0]
 
 
 def rays_for(error: float) -> int:

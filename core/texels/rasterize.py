@@ -143,5 +143,7 @@ def _unowned_share(uv: Floats, owner: Ints, skip: Flags | None) -> float:
     if skip is not None:
         areas[skip] = 0.0
     whole = float(areas.sum())
-    areas[owner[owner >= 0]] = 0.0
+    owned = np.zeros(len(areas) + 1, dtype=np.bool_)
+    owned[owner] = True  # -1, none, is the last
+    areas[owned[:-1]] = 0.0
     return float(areas.sum()) / whole if whole > 0.0 else 0.0

@@ -26,7 +26,7 @@ extern "C" {
 #define OB_CONSTANT inline
 #endif
 
-enum { OB_ABI_VERSION = 14 };
+enum { OB_ABI_VERSION = 15 };
 
 enum ob_status {
   OB_OK = 0,
@@ -278,6 +278,12 @@ OB_API int32_t ob_filter_apply(const ob_filter *filter, const ob_signal *signal,
  * Untouched where no triangle owns the texel. */
 OB_API int32_t ob_upsample(const ob_surface *surface, const ob_coarse *coarse, int32_t rows, int32_t threads,
                            ob_control *control, float *const *values, float *error, float *detail);
+
+/* Carries the values of covered texels outward: ring by ring, up to `texels` of them, each texel next to known ones (of
+ * its eight neighbours) takes their mean; what lies farther takes `beyond`. covered: height x width flags. values: the
+ * image; what it holds where nothing is covered is ignored. */
+OB_API int32_t ob_fill_margin(const uint8_t *covered, int32_t width, int32_t height, int32_t texels, float beyond,
+                              float *values);
 
 /* sums[m][texel]: settings->rays times the estimate of map m; untouched where no triangle owns the texel, -1 where the
  * texel faces away from the viewer of an OB_AXIS_REFLECTED map. A map whose accumulator has several images takes them

@@ -14,8 +14,6 @@ constexpr float kClusterReach = 8.0F;
 constexpr float kLeastCosine = 0.25F; // between normals within a cluster
 constexpr float kHalo = 36.0F;        // spacings beyond a slab that clusters in it look at: those near, and near those
 
-bool finite(const float *v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
-
 // Sixteen texels' points before they are parted into clusters.
 struct Points {
   bool active[kLanes];

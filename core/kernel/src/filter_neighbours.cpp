@@ -339,8 +339,6 @@ void list_neighbours(ob_filter &filter, int32_t threads, ob_control *control) {
   }
 }
 
-constexpr float kFlat = 1e-6F; // squared difference of normals that are one
-
 // The normals that a cluster's points have in common.
 struct OneNormal {
   float mesh[3], shading[3];

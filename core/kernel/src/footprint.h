@@ -19,6 +19,7 @@ struct Polygon {
 struct TexelTriangle {
   Point2 corner[3]{};
 
+  TexelTriangle() = default;
   TexelTriangle(const float *uv, int32_t width, int32_t height);
   double doubled_area() const; // signed
   bool finite() const;

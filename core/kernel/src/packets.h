@@ -187,6 +187,8 @@ struct CoarseSample {
   float weight; // 0: it does not count
 };
 
+constexpr float kFlat = 1e-6F;       // squared difference of normals that are one
+constexpr float kCoarseReach = 8.0F; // in coarse spacings: what lies farther off is of another chart
 constexpr float kNothingTold = 1.0F; // the detail between coarse points where they tell nothing
 
 // Sixteen texels of the finer image. Those of no surface hold numbers of no meaning.
@@ -194,6 +196,7 @@ struct FinePoints {
   Lanes3 position, normal;
   Lanes x, y;    // their middles, in coarse texels
   Lanes spacing; // from one coarse texel to the next, on the surface
+  bool flat;     // all have one normal, and the coarse ones around them the same, and none is far from the others
 };
 
 // One instruction set's build of the steps.

@@ -147,6 +147,14 @@ int32_t apply(const ob_filter &filter, const ob_signal &images, ob_control *cont
 }
 
 } // namespace
+
+const char *fit_validation_error(float sharpness, float slope) {
+  if (!(sharpness >= 0.0F) || !std::isfinite(sharpness)) {
+    return "the sharpness of weights must be 0 or more, and finite";
+  }
+  return slope >= kLeastSlope ? nullptr : "the slope that is likely must be 1e-6 or more";
+}
+
 } // namespace ob
 
 extern "C" {
@@ -181,11 +189,8 @@ int32_t ob_filter_apply(const ob_filter *filter, const ob_signal *signal, ob_con
         signal->precision == nullptr || signal->filtered == nullptr || signal->error == nullptr) {
       return ob::fail(OB_INVALID, "ob_filter_apply without a filter, a signal or a place for its results");
     }
-    if (!(signal->sharpness >= 0.0F) || !std::isfinite(signal->sharpness)) {
-      return ob::fail(OB_INVALID, "the filter's sharpness must be 0 or more, and finite");
-    }
-    if (!(signal->slope >= ob::kLeastSlope)) {
-      return ob::fail(OB_INVALID, "the slope that is likely must be 1e-6 or more");
+    if (const char *wrong = ob::fit_validation_error(signal->sharpness, signal->slope)) {
+      return ob::fail(OB_INVALID, wrong);
     }
     if (signal->open_shares != nullptr && signal->open_share_count < 2) {
       return ob::fail(OB_INVALID, "a table of open shares has 2 numbers at least");

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "occlusion_kernel.h"
@@ -28,6 +29,11 @@ inline float distance2(const float *a, const float *b) {
 }
 
 inline float dot3(const float *a, const float *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+inline bool finite(const float *v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+
+// What is wrong with how values are fitted, by normals' sharpness and the slope that is likely; NULL: nothing.
+const char *fit_validation_error(float sharpness, float slope);
 
 // All items of the parts, put together by all threads. Takes the parts apart as it goes, so that there are never two of
 // all.

@@ -101,20 +101,33 @@ void set_texel_normals(const ob_surface &surface, int64_t texel, int lane, Texel
   }
 }
 
-// Barycentric weights as affine functions of the place within the texel.
-void fill_weights(const TexelTriangle &triangle, Texel texel, int lane, TexelGroup &out) {
-  const Point2 *c = triangle.corner;
-  const double inverse = 1.0 / triangle.doubled_area();
-  const Point2 to_texel{texel.x - c[0].x, texel.y - c[0].y};
-  const Point2 along1{(c[2].y - c[0].y) * inverse, -(c[2].x - c[0].x) * inverse};
-  const Point2 along2{-(c[1].y - c[0].y) * inverse, (c[1].x - c[0].x) * inverse};
-  out.weight1[0][lane] = static_cast<float>(to_texel.x * along1.x + to_texel.y * along1.y);
-  out.weight1[1][lane] = static_cast<float>(along1.x);
-  out.weight1[2][lane] = static_cast<float>(along1.y);
-  out.weight2[0][lane] = static_cast<float>(to_texel.x * along2.x + to_texel.y * along2.y);
-  out.weight2[1][lane] = static_cast<float>(along2.x);
-  out.weight2[2][lane] = static_cast<float>(along2.y);
-}
+// A triangle's barycentric weights as affine functions of the place in the image.
+class TriangleWeights {
+public:
+  TriangleWeights() = default;
+  explicit TriangleWeights(const TexelTriangle &triangle) : corner_(triangle.corner[0]) {
+    const Point2 *c = triangle.corner;
+    const double inverse = 1.0 / triangle.doubled_area();
+    along1_ = {(c[2].y - c[0].y) * inverse, -(c[2].x - c[0].x) * inverse};
+    along2_ = {-(c[1].y - c[0].y) * inverse, (c[1].x - c[0].x) * inverse};
+  }
+
+  // As functions of the place within a texel.
+  void fill(Texel texel, int lane, TexelGroup &out) const {
+    const Point2 to_texel{texel.x - corner_.x, texel.y - corner_.y};
+    fill(to_texel, along1_, lane, out.weight1);
+    fill(to_texel, along2_, lane, out.weight2);
+  }
+
+private:
+  static void fill(Point2 to_texel, Point2 along, int lane, Lanes (&weight)[3]) {
+    weight[0][lane] = static_cast<float>(to_texel.x * along.x + to_texel.y * along.y);
+    weight[1][lane] = static_cast<float>(along.x);
+    weight[2][lane] = static_cast<float>(along.y);
+  }
+
+  Point2 corner_{}, along1_{}, along2_{};
+};
 
 // Whether all four corners of the texel lie in the triangle, with a margin over rounding.
 bool holds_texel(const TexelGroup &group, int lane) {
@@ -188,13 +201,65 @@ void copy_triangle(TexelGroup &group, int from, int to) {
   }
 }
 
-// What lanes of one texel have in common beside.
-void copy_weights(TexelGroup &group, int from, int to) {
-  for (int i = 0; i < 3; ++i) {
-    group.weight1[i][to] = group.weight1[i][from];
-    group.weight2[i][to] = group.weight2[i][from];
+// That of the first lane, to all.
+void spread_triangle(TexelGroup &group) {
+  const auto spread = [](Lanes &lanes) { lanes = lanes[0] - Lanes{}; };
+  for (Lanes3 *each : {&group.corner, &group.edge1, &group.edge2, &group.geometric, &group.shading[0],
+                       &group.shading[1], &group.shading[2]}) {
+    spread(each->x);
+    spread(each->y);
+    spread(each->z);
+  }
+  spread(group.lift);
+  for (Lanes &each : group.edge_margin) {
+    spread(each);
   }
 }
+
+// Fills lanes with what they have of the triangles that own their texels; what lanes of one triangle have in common is
+// worked out once where they follow one another.
+class OwnerLanes {
+public:
+  OwnerLanes(const ob_surface &surface, TexelGroup &out) : surface_(surface), out_(out) {}
+
+  // To be followed by `fill` for every lane, where one triangle owns all their texels.
+  void begin_with_one(int32_t owner) {
+    begin(owner, 0);
+    spread_triangle(out_);
+    is_one_ = true;
+  }
+
+  void fill(Texel texel, int lane) {
+    const int64_t index = static_cast<int64_t>(texel.y) * surface_.width + texel.x;
+    if (const int32_t owner = surface_.owner[index]; owner != owner_) {
+      begin(owner, lane);
+    } else if (!is_one_) {
+      copy_triangle(out_, lane_, lane);
+    }
+    lane_ = lane;
+    weights_.fill(texel, lane, out_);
+    set_texel_normals(surface_, index, lane, out_);
+  }
+
+  // That of the last lane.
+  const TexelTriangle &triangle() const { return triangle_; }
+
+private:
+  void begin(int32_t owner, int lane) {
+    fill_triangle(surface_, owner, lane, out_);
+    triangle_ = TexelTriangle(surface_.uv + 6 * static_cast<int64_t>(owner), surface_.width, surface_.height);
+    weights_ = TriangleWeights(triangle_);
+    owner_ = owner;
+  }
+
+  const ob_surface &surface_;
+  TexelGroup &out_;
+  int32_t owner_ = -1; // of the last lane
+  int lane_ = 0;
+  bool is_one_ = false; // of all lanes
+  TexelTriangle triangle_;
+  TriangleWeights weights_;
+};
 
 } // namespace
 
@@ -266,26 +331,18 @@ int gather_group(const TexelSelection &selection, int32_t tile, int group, const
   if (selection.list != nullptr) {
     turn_cells(pattern.side * pattern.side, out);
   }
+  OwnerLanes lanes(surface, out);
   Footprint footprint;
+  int64_t before = -1;
   for (int lane = 0; lane < kLanes; ++lane) {
     if (entry[lane].texel < 0) {
       continue;
     }
-    const int64_t before = lane > 0 ? entry[lane - 1].texel : -1;
-    const int64_t owner = surface.owner[entry[lane].texel];
-    if (before >= 0 && surface.owner[before] == owner) {
-      copy_triangle(out, lane - 1, lane);
-    } else {
-      fill_triangle(surface, owner, lane, out);
+    lanes.fill(texel_at(lane), lane);
+    if (entry[lane].texel != before) { // a list may name one texel in all lanes
+      footprint = Footprint(lanes.triangle(), texel_at(lane), out, lane);
     }
-    if (before == entry[lane].texel) { // a list may name one texel in all lanes
-      copy_weights(out, lane - 1, lane);
-    } else {
-      const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
-      fill_weights(triangle, texel_at(lane), lane, out);
-      footprint = Footprint(triangle, texel_at(lane), out, lane);
-    }
-    set_texel_normals(surface, entry[lane].texel, lane, out);
+    before = entry[lane].texel;
     footprint.fit(pattern.side * pattern.side, lane, out);
   }
   return active;
@@ -305,47 +362,41 @@ void fill_centroid_point(const TexelTriangle &triangle, Texel texel, int lane, T
   out.point_y[0][lane] = static_cast<float>(centre.y - texel.y);
 }
 
-// before: a lane of the same triangle, -1 none.
-void fill_centroid(const ob_surface &surface, Texel texel, int lane, int before, TexelGroup &out) {
-  const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
-  const int64_t owner = surface.owner[index];
-  if (before >= 0) {
-    copy_triangle(out, before, lane);
-  } else {
-    fill_triangle(surface, owner, lane, out);
-  }
-  const TexelTriangle triangle(surface.uv + 6 * owner, surface.width, surface.height);
-  set_texel_normals(surface, index, lane, out);
-  fill_weights(triangle, texel, lane, out);
-  fill_centroid_point(triangle, texel, lane, out);
-}
-
 } // namespace
 
 int gather_centroids(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int group, TexelGroup &out) {
+  int32_t owner[kLanes];
   int active = 0;
-  int before = -1;
-  int32_t known = -1; // the triangle of that lane
-  out.active = LaneMask{};
+  bool is_one = true;
   for (int lane = 0; lane < kLanes; ++lane) {
     const Texel texel = texel_of(tile_x, tile_y, group, lane);
-    if (texel.x >= surface.width || texel.y >= surface.height) {
-      continue;
-    }
-    const int32_t owner = surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x];
-    if (owner >= 0) {
-      out.active[lane] = -1;
-      fill_centroid(surface, texel, lane, owner == known ? before : -1, out);
-      before = lane;
-      known = owner;
-      ++active;
+    const bool inside = texel.x < surface.width && texel.y < surface.height;
+    owner[lane] = inside ? surface.owner[static_cast<int64_t>(texel.y) * surface.width + texel.x] : -1;
+    out.active[lane] = owner[lane] >= 0 ? -1 : 0;
+    active += owner[lane] >= 0 ? 1 : 0;
+    is_one = is_one && owner[lane] == owner[0];
+  }
+  if (active == 0) {
+    return 0;
+  }
+  OwnerLanes lanes(surface, out);
+  if (is_one) {
+    lanes.begin_with_one(owner[0]);
+  }
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (owner[lane] >= 0) {
+      const Texel texel = texel_of(tile_x, tile_y, group, lane);
+      lanes.fill(texel, lane);
+      fill_centroid_point(lanes.triangle(), texel, lane, out);
     }
   }
   return active;
 }
 
 void gather_centroid(const ob_surface &surface, Texel texel, TexelGroup &out) {
-  fill_centroid(surface, texel, 0, -1, out);
+  OwnerLanes lanes(surface, out);
+  lanes.fill(texel, 0);
+  fill_centroid_point(lanes.triangle(), texel, 0, out);
 }
 
 // In float64: areas square lengths, and cross products of those once more.

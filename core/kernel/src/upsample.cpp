@@ -7,6 +7,7 @@
 #include "packets.h"
 #include "parallel.h"
 #include "status.h"
+#include "surface_filter.h"
 #include "texel_groups.h"
 
 namespace ob {
@@ -17,21 +18,26 @@ constexpr int kAround = 1;       // coarse texels around those of a block that a
 constexpr int kSide = 4;         // texels along a side of a block of sixteen
 constexpr int kMostSamples = 16; // (kSide / kFactor + 2 kAround)²
 
-bool finite(const float *v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+Lanes difference2(const Lanes3 &a, const float *b) {
+  const Lanes x = a.x - b[0];
+  const Lanes y = a.y - b[1];
+  const Lanes z = a.z - b[2];
+  return x * x + y * y + z * z;
+}
 
 // The fine points of one block; returns whether there are any.
-bool read_points(const ob_surface &surface, Texel first, int block, const PacketCode &code, TexelGroup &group,
-                 Frames &frames, FinePoints &points) {
-  if (gather_centroids(surface, first.x / kTile, first.y / kTile, block, group) == 0) {
+bool read_points(const ob_surface &surface, int32_t tile_x, int32_t tile_y, int block, const PacketCode &code,
+                 TexelGroup &group, Frames &frames, FinePoints &points) {
+  if (gather_centroids(surface, tile_x, tile_y, block, group) == 0) {
     return false;
   }
   code.interpolate(group, 1, frames);
   points.position = frames.position[0];
   points.normal = frames.normal[0];
+  int32_t known = -1; // the triangle of the last spacing
   float spacing = 1.0F;
-  int32_t known = -1; // the triangle that it is of
   for (int lane = 0; lane < kLanes; ++lane) {
-    const Texel texel = texel_of(first.x / kTile, first.y / kTile, block, lane);
+    const Texel texel = texel_of(tile_x, tile_y, block, lane);
     points.x[lane] = (static_cast<float>(texel.x) + 0.5F) / kFactor;
     points.y[lane] = (static_cast<float>(texel.y) + 0.5F) / kFactor;
     if (group.active[lane] != 0) {
@@ -39,6 +45,9 @@ bool read_points(const ob_surface &surface, Texel first, int block, const Packet
       if (owner != known) {
         spacing = kFactor * texel_spacing(group, surface, owner, lane);
         spacing = spacing > 0.0F && std::isfinite(spacing) ? spacing : 1.0F;
+        for (int before = 0; known < 0 && before < lane; ++before) {
+          points.spacing[before] = spacing;
+        }
         known = owner;
       }
     }
@@ -80,6 +89,22 @@ int read_samples(const ob_coarse &coarse, Texel first, CoarseSample *samples, in
   return count;
 }
 
+// Whether all has the normal of the first coarse point, and lies near it: float32 tells places about that.
+bool are_flat(const FinePoints &points, const LaneMask &active, const CoarseSample *samples, int count) {
+  const CoarseSample &first = samples[0];
+  const float reach2 = kCoarseReach * kCoarseReach * points.spacing[0] * points.spacing[0];
+  const LaneMask flat =
+      (difference2(points.normal, first.normal) <= kFlat) & (difference2(points.position, first.position) <= reach2);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (active[lane] != 0 && flat[lane] == 0) {
+      return false;
+    }
+  }
+  return std::all_of(samples, samples + count, [&](const CoarseSample &each) {
+    return distance2(each.normal, first.normal) <= kFlat && distance2(each.position, first.position) <= reach2;
+  });
+}
+
 // Where results go.
 struct Upsampled {
   float *const *values;
@@ -117,12 +142,13 @@ public:
 private:
   void fill(int32_t tile_x, int32_t tile_y, int block, TexelGroup &group, Frames &frames) const {
     FinePoints points;
-    if (!read_points(surface_, {tile_x * kTile, tile_y * kTile}, block, code_, group, frames, points)) {
+    if (!read_points(surface_, tile_x, tile_y, block, code_, group, frames, points)) {
       return;
     }
     CoarseSample samples[kMostSamples];
     int64_t texels[kMostSamples];
     const int count = read_samples(coarse_, texel_of(tile_x, tile_y, block, 0), samples, texels);
+    points.flat = count > 0 && are_flat(points, group.active, samples, count);
     for (int32_t row = 0; row < rows_; ++row) {
       Told told;
       if (count > 0) {
@@ -182,13 +208,7 @@ const char *validation_error(const ob_surface &surface, const ob_coarse *coarse,
       surface.height / kFactor != coarse->height) {
     return "the coarse image must be half as wide and half as high";
   }
-  if (!(coarse->sharpness >= 0.0F) || !std::isfinite(coarse->sharpness)) {
-    return "the sharpness must be 0 or more, and finite";
-  }
-  if (!(coarse->slope >= kLeastSlope)) {
-    return "the slope that is likely must be 1e-6 or more";
-  }
-  return nullptr;
+  return fit_validation_error(coarse->sharpness, coarse->slope);
 }
 
 } // namespace

@@ -475,6 +475,24 @@ static void test_devices_may_have_any_number_of_threads(const char *embree) {
   }
 }
 
+static bool margin_of_anything(Random &random) {
+  Draw draw(random, 12);
+  uint8_t covered[64];
+  float values[64];
+  for (int i = 0; i < 64; ++i) {
+    covered[i] = random.once_in(3) ? 255 : 0;
+    values[i] = covered[i] != 0 ? 0.5F : kNan;
+  }
+  const int32_t width = draw.good_or_bad({1, 5, 8}, {0, -1, 65537, INT32_MIN, INT32_MAX});
+  const int32_t height = draw.good_or_bad({1, 3, 8}, {0, -1, 65537, INT32_MIN, INT32_MAX});
+  const int32_t texels = draw.good_or_bad({0, 1, 3, INT32_MAX}, {-1, INT32_MIN});
+  check_status(draw, ob_fill_margin(draw.present(covered), width, height, texels, 0.5F, draw.present(values)));
+  for (int32_t i = 0; !draw.broken() && i < width * height; ++i) {
+    CHECK_EQUAL(values[i], 0.5F);
+  }
+  return draw.broken();
+}
+
 int main(int argc, char **argv) {
   test_nothing_may_be_freed();
   test_libraries_that_are_not_embree(argv[0]);
@@ -484,6 +502,7 @@ int main(int argc, char **argv) {
   repeat(2000, 10, build_filter_of_anything);
   repeat(2000, 11, filter_anything);
   repeat(2000, 12, upsample_anything);
+  repeat(2000, 13, margin_of_anything);
   if (argc < 2) {
     std::puts("SKIPPED what traces: no Embree was named");
     return 0;

@@ -31,8 +31,10 @@ def test_a_blocks_texels_stand_together_two_by_two() -> None:
 def test_sums_are_those_of_the_texels(shape: tuple[int, int]) -> None:
     image = np.random.default_rng(1).random(shape).astype(np.float32)
     sums = block_sums(image)
-    assert abs(sums.sum() - image.sum(dtype=np.float64)) < 1e-9
-    assert sums[1, 1] == image[4:8, 4:8].sum(dtype=np.float64)
+    assert sums.dtype == np.float64
+    assert sums.sum() == pytest.approx(image.sum(dtype=np.float64), rel=1e-7)
+    assert sums[1, 1] == pytest.approx(image[4:8, 4:8].sum(dtype=np.float64), rel=1e-7)
+    assert_array_equal(block_sums(image > 0.5), block_sums((image > 0.5).astype(np.float32)))
 
 
 def test_the_largest_are_the_fewest_that_leave_no_more_than_the_rest() -> None:
