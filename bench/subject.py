@@ -105,7 +105,7 @@ def textures_of(made: OwnBake, spec: MapSpec = AO) -> Textures:
 def prepare(scene: str, size: int, models: Path) -> Subject:
     """Open a scene and bake it once with a ray: charts are then made where there were no UVs, and libraries loaded."""
     sample = build(scene, models)
-    names = sample.targets if scene in MANY else sample.targets[:1]
+    names = sample.targets[:: MANY[scene]] if scene in MANY else sample.targets[:1]
     settings = flat_settings(width=size, height=size, rays=1, filtered=False, margin=0)
     made = bake_here(names, settings, highs=sample.highs)
     return replace(subject_of(names, size, sample.highs), embree=made.embree.rpartition(", ")[0])

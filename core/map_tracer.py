@@ -6,41 +6,28 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import count
+from typing import Self
 
 import numpy as np
 
+from . import coarse_first
 from .base.arrays import Doubles, Floats, Ints, Longs
 from .base.kernel_api import Control
 from .base.timing import Stopwatch
 from .progress import Stages
 from .rays.accumulators import Accumulator
-from .rays.map_spec import Axis, MapSpec, count_images, image_slices
+from .rays.map_spec import MapSpec, count_images, image_slices
 from .rays.texel_surface import TexelSurface
 from .rays.trace_scene import TraceScene
 from .rays.tracer import CHUNK_RAYS, Sums, TraceOptions, trace, trace_texels
 from .solve import horizon
-from .solve.adaptive_sampler import missed_share
-from .solve.goal import LEAST_ERROR, Goal, first_rays
-from .solve.solver import Solved, begin, estimate, estimate_from, solve, solve_from
+from .solve.goal import Goal, first_rays
+from .solve.solver import Solved, solve, solve_from
 from .solve.surface_filter import SurfaceFilter
-from .solve.upsample import Estimates, Upsampled, upsampled
 from .spherical.lobe import open_horizon
 
 # Seeds of rounds, of probes and of codes, so many apart.
 _NEXT_SEED, _PROBES, _CODES, _LEVELS = 0x9E3779B97F4A7C15, 1 << 20, 1 << 21, 1 << 22
-
-# Where texels are finer than what changes, an image half as wide and high tells most of a map, and one half as wide of
-# that. With fewer texels of its own such an image would be too coarse for what most meshes have of detail (measured on
-# samples and models at 1/50 to 1/510).
-LEAST_TEXELS = 1 << 18  # at an error of LEAST_AT or less; above it they fall as its square, to a quarter
-LEAST_AT = 1.0 / 255.0
-COARSER = 0.92  # of the error that is wanted: what each halving leaves for what the coarser image misses
-MOST_MISSED = 0.5  # of the texels may need rays of their own
-
-
-def _least_texels(error: float) -> float:
-    """Of an image that is halved no more. error: the RMSE wanted."""
-    return LEAST_TEXELS * min(max((LEAST_AT / error) ** 2, 0.25), 1.0)
 
 
 @dataclass(eq=False)
@@ -60,70 +47,24 @@ class MapTracer:
         """All maps."""
         if not specs:
             return []
-        owner, sources = self.surface.owner, self._sources(specs)
-        if (told := self._told(specs)) is not None:
+        owner, sources = self.surface.owner, self.sources(specs)
+        if (told := coarse_first.told(self, specs)) is not None:
             with self.clock.stage("solve"):
                 return [solve_from(told.pop(0), owner, self.goal, self.seed, source) for source in sources]
-        openings = self._openings(specs)
+        openings = self.openings(specs)
         with self.clock.stage("solve"):
             return [solve(openings.pop(0), owner, self.goal, self.seed, source) for source in sources]
 
-    def _sources(self, specs: Sequence[MapSpec]) -> list[_RaysOfMap]:
-        return [_RaysOfMap(self, spec) for spec in specs]
+    def halved(self, error: float) -> Self:
+        """The same on an image half as wide and high, to an error."""
+        goal, stages = replace(self.goal, error=error), self.stages.before(0.5)
+        return replace(self, surface=self.surface.coarser(), goal=goal, stages=stages, level=self.level + 1)
 
-    def _told(self, specs: Sequence[MapSpec]) -> list[Upsampled] | None:
-        """All maps as an image half as wide and high tells them; None where it does not pay."""
-        if not self._may_be_halved(specs):
-            return None
-        assert self.goal.error is not None
-        goal = replace(self.goal, error=max(COARSER * self.goal.error, LEAST_ERROR))
-        surface, stages = self.surface.coarser(), self.stages.before(0.5)
-        told = replace(self, surface=surface, goal=goal, stages=stages, level=self.level + 1)._tell(self, specs)
-        stages.preview(None)  # it holds the coarse image
-        return told
+    def sources(self, specs: Sequence[MapSpec]) -> list[RaysOfMap]:
+        """What brings each map its rays."""
+        return [RaysOfMap(self, spec) for spec in specs]
 
-    def _may_be_halved(self, specs: Sequence[MapSpec]) -> bool:
-        height, width = self.surface.owner.shape
-        return (
-            self.goal.error is not None
-            and self.goal.filters
-            and self.surface.texel_normals is None  # as fine as the texels
-            and self.surface.mesh.spacing is None  # a low mesh's texels are points: between them nothing is seen
-            and all(each.axis is Axis.NORMAL for each in specs)
-            and height % 2 == width % 2 == 0
-            and np.count_nonzero(self.surface.covered) > 4 * _least_texels(self.goal.error)
-        )
-
-    def _tell(self, finer: MapTracer, specs: Sequence[MapSpec]) -> list[Upsampled] | None:
-        """All maps to an image twice as wide and high; None where there is too much detail for it."""
-        sources = self._sources(specs)
-        if (told := self._told(specs)) is not None:
-            with self.clock.stage("solve"):
-                return [
-                    self._upsampled(
-                        estimate_from(told.pop(0), self.surface.owner, self.goal, source), finer, source.spec
-                    )
-                    for source in sources
-                ]
-        openings = self._openings(specs)
-        with self.clock.stage("solve"):
-            rounds = [begin(openings.pop(0), self.surface.owner, self.goal, source) for source in sources]
-            for each, spec in zip(rounds, specs, strict=True):
-                first = self._upsampled(Estimates((each.values,), each.expected, each.rays), finer, spec)
-                if missed_share(first, finer.surface.covered, finer.goal.error or 0.0) > MOST_MISSED:
-                    return None
-                del first
-            return [
-                self._upsampled(estimate(rounds.pop(0), self.goal, self.seed, source), finer, source.spec)
-                for source in sources
-            ]
-
-    def _upsampled(self, estimates: Estimates, finer: MapTracer, spec: MapSpec) -> Upsampled:
-        with self.clock.stage("upsample"):
-            control = self.stages.enter("refining")
-            return upsampled(self.surface, estimates, finer.surface, spec.exponent, control=control)
-
-    def _openings(self, specs: Sequence[MapSpec]) -> list[tuple[Floats, Floats | None]]:
+    def openings(self, specs: Sequence[MapSpec]) -> list[tuple[Floats, Floats | None]]:
         """The first round of all maps, traced together."""
         rays = first_rays(self.goal)
         with self.clock.stage("trace"):
@@ -196,7 +137,7 @@ class MapTracer:
         self.stages.preview(values)
 
 
-class _RaysOfMap:
+class RaysOfMap:
     """Rounds and probes of one map: the solver's `RaySource`."""
 
     def __init__(self, tracer: MapTracer, spec: MapSpec) -> None:

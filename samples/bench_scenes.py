@@ -272,5 +272,5 @@ SMOOTH = ("igea",)
 FROM_MODELS = {"igea_low": "igea"}
 EVERY = (*SCENES, *MODELS, *FROM_MODELS)
 HIGH_TO_LOW = ("igea_low", "bevel_low")
-MANY = ("props",)  # whose targets are all baked; of others the first is
+MANY = {"props": 8}  # of whose targets every so many-th is baked; of others the first is
 OWN_SIZES = {"igea_low": decimated.SIZE, "props": props.SIZE}  # texels a side, whatever others are baked at

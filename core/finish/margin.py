@@ -16,7 +16,7 @@ def fill_margin(values: Floats, covered: Flags, pixels: int) -> Floats:
     float32. Ring by ring, each texel next to known ones (of its eight neighbours) takes their mean; the rings are those
     of the chessboard distance. Covered texels keep their bits. A texel out of reach takes the mean of all the covered
     ones: mip-maps average over it, and that mean pulls them least, where 0 or 1 would draw dark or bright seams. An
-    image with nothing covered is 1, open. Raises InputError for a negative margin or shapes that differ.
+    image with nothing covered is 1, open. Raises InputError for a negative margin or shapes that differ, MemoryError.
     """
     if pixels < 0:
         raise InputError(f"margin {pixels}: cannot be negative; give 0 texels or more")
@@ -26,7 +26,8 @@ def fill_margin(values: Floats, covered: Flags, pixels: int) -> Floats:
     covered = np.ascontiguousarray(covered)
     (height, width), beyond = filled.shape, covered_mean(values, covered)
     places = (api.address(covered, np.bool_, height, width), api.address(filled, np.float32, height, width))
-    api.check(api.library().ob_fill_margin(places[0], width, height, pixels, beyond, places[1]))
+    texels = min(pixels, max(height, width))  # more reach no farther
+    api.check(api.library().ob_fill_margin(places[0], width, height, texels, beyond, places[1]))
     return filled
 
 

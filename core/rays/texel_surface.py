@@ -31,6 +31,7 @@ class TexelSurface:
     def covered(self) -> Flags:
         """(H, W) bool: texels that some triangle covers in part; conservative, none is left out."""
         mask: Flags = self.owner >= 0
+        mask.setflags(write=False)  # it is handed on
         return mask
 
     @property

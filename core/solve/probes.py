@@ -62,6 +62,18 @@ class Probes:
     second: Doubles
     rays: int
 
+    @property
+    def cost(self) -> int:
+        """All their rays."""
+        return 2 * LANES * self.rays * len(self.texels)
+
+    def joined(self, others: Probes) -> Probes:
+        """With others, of as many rays each, that were placed by other numbers."""
+        pairs = ((self.first, others.first), (self.second, others.second))
+        first, second = (np.concatenate(pair, axis=1) for pair in pairs)
+        texels, weight = (np.concatenate(pair) for pair in ((self.texels, others.texels), (self.weight, others.weight)))
+        return Probes(texels, weight, first, second, self.rays)
+
     def error(self, values: Floats) -> Error:
         """The error of a finished map, (H, W) float32, its first row."""
         return self._error(values[np.newaxis], slice(0, 1))

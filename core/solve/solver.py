@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..base.arrays import Flags, Floats, Ints
+from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from . import probes
 from .adaptive_sampler import AdaptiveSampler
 from .goal import Goal, likely_error
@@ -16,7 +17,8 @@ from .ray_source import RaySource
 from .upsample import Estimates, Upsampled
 
 _PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
-_DOUBTED = 0.15  # of a measured square may be its doubt, or it is measured again by twice the rays
+_DOUBTED = 0.15  # of a measured square may be its doubt, or it is measured again by twice the rays,
+_PROBED_MORE = 0.25  # and at more texels, as long as that takes no more of the rays: few may hold much of the error
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,16 +125,23 @@ def _measure(
     before: Probes | None = None,
 ) -> tuple[Probes, Error]:
     """The error of a map that took so many rays, and its probes: those of the rounds before where they are as good."""
+
+    def drawn(texels: Longs, weight: Doubles, rays: int) -> Probes:
+        return probes.draw(texels, weight, rays, source.probe, source.spec.accumulator.totals)
+
     count = probes.how_many(int(np.count_nonzero(covered)))
     rays = max(probes.rays_for(likely_error(goal)), probes.rays_within(_PROBED * traced, count))
     probed = before
     if probed is None or rays >= 2 * probed.rays:
         source.enter("measuring the error")
-        probed = probes.draw(*probes.place(expected, covered, seed), rays, source.probe, source.spec.accumulator.totals)
+        probed = drawn(*probes.place(expected, covered, seed), rays)
     error = probed.error(values)
     if error.doubt > _DOUBTED * error.square and probed.rays < probes.MOST_LANE_RAYS:  # it is far below the goal
-        probed = probes.draw(
-            probed.texels, probed.weight, 2 * probed.rays, source.probe, source.spec.accumulator.totals
-        )
+        probed = drawn(probed.texels, probed.weight, 2 * probed.rays)
+        error = probed.error(values)
+    for other in itertools.count(seed + 1):
+        if error.doubt <= _DOUBTED * error.square or 2 * probed.cost > _PROBED_MORE * traced:
+            break
+        probed = probed.joined(drawn(*probes.place(expected, covered, other), probed.rays))
         error = probed.error(values)
     return probed, error

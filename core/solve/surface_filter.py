@@ -123,7 +123,7 @@ class _Part:
 
 def _slabs(surface: TexelSurface, most: int) -> list[api.Slab | None]:
     """Slabs across the longest axis, of about as many texels each; a None where all texels may be held at once."""
-    parts = -(-int(np.count_nonzero(surface.covered)) // most)
+    parts = -(-int(np.count_nonzero(surface.owner >= 0)) // most)
     if parts <= 1:
         return [None]
     sample = TexelSurface(

@@ -1,6 +1,5 @@
 // The margin about an image's charts.
 #include <algorithm>
-#include <utility>
 #include <vector>
 
 #include "occlusion_kernel.h"

@@ -196,7 +196,7 @@ struct FinePoints {
   Lanes3 position, normal;
   Lanes x, y;    // their middles, in coarse texels
   Lanes spacing; // from one coarse texel to the next, on the surface
-  bool flat;     // all have one normal, and the coarse ones around them the same, and none is far from the others
+  bool flat;     // all have about one spacing, and one normal with the coarse ones around them, which are near
 };
 
 // One instruction set's build of the steps.

@@ -89,19 +89,22 @@ int read_samples(const ob_coarse &coarse, Texel first, CoarseSample *samples, in
   return count;
 }
 
-// Whether all has the normal of the first coarse point, and lies near it: float32 tells places about that.
+// Whether all have one normal, and lie near the first coarse point, about which float32 tells places; and whether one
+// spacing tells those of all.
 bool are_flat(const FinePoints &points, const LaneMask &active, const CoarseSample *samples, int count) {
   const CoarseSample &first = samples[0];
-  const float reach2 = kCoarseReach * kCoarseReach * points.spacing[0] * points.spacing[0];
-  const LaneMask flat =
-      (difference2(points.normal, first.normal) <= kFlat) & (difference2(points.position, first.position) <= reach2);
+  const float spacing = points.spacing[0];
+  const float reach2 = kCoarseReach * kCoarseReach * spacing * spacing;
+  const LaneMask even = (points.spacing <= kEvenSpacing * spacing) & (points.spacing * kEvenSpacing >= spacing);
+  const LaneMask flat = even & (difference2(points.normal, first.normal) <= 0.25F * kFlat) &
+                        (difference2(points.position, first.position) <= reach2);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (active[lane] != 0 && flat[lane] == 0) {
       return false;
     }
   }
   return std::all_of(samples, samples + count, [&](const CoarseSample &each) {
-    return distance2(each.normal, first.normal) <= kFlat && distance2(each.position, first.position) <= reach2;
+    return distance2(each.normal, first.normal) <= 0.25F * kFlat && distance2(each.position, first.position) <= reach2;
   });
 }
 

@@ -43,6 +43,8 @@ def test_the_largest_are_the_fewest_that_leave_no_more_than_the_rest() -> None:
     assert_array_equal(largest(sums, 1.5), sums > 1.0)
     assert_array_equal(largest(sums, 0.3001), sums > 0.5)
     assert_array_equal(largest(sums, 0.0), np.ones((2, 2), dtype=bool))
+    alike = np.array([[1.0, 2.0], [2.0, 3.0]])
+    assert_array_equal(largest(alike, 3.5), alike > 1.5)  # of equal ones all
 
 
 def test_grown_blocks_are_those_beside_marked_ones() -> None:

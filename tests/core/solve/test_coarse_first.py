@@ -19,7 +19,7 @@ WANTED = 1 / 255
 
 @pytest.fixture(autouse=True)
 def small_images_are_halved(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("occlusion_bake.core.map_tracer.LEAST_TEXELS", 1 << 10)
+    monkeypatch.setattr("occlusion_bake.core.coarse_first.LEAST_TEXELS", 1 << 10)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,7 @@ def test_the_error_is_the_one_asked_for_and_told(scene: Scene, reference: Baked)
 def test_what_is_smooth_takes_fewer_rays(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = shapes.scene(shapes.plane(2.0, name="floor"), shapes.sphere((0.0, 0.0, 0.8), 0.6, 48))
     halved = bake_one(scene, size=2 * SIZE, error=WANTED).maps["ao"].rays
-    monkeypatch.setattr("occlusion_bake.core.map_tracer.LEAST_TEXELS", 1 << 30)
+    monkeypatch.setattr("occlusion_bake.core.coarse_first.LEAST_TEXELS", 1 << 30)
     assert halved < 0.5 * bake_one(scene, size=2 * SIZE, error=WANTED).maps["ao"].rays
 
 
@@ -107,9 +107,9 @@ def test_the_bits_are_the_same_for_any_number_of_threads(scene: Scene, settings:
 
 
 def test_where_too_much_is_missed_no_image_is_halved(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("occlusion_bake.core.map_tracer.MOST_MISSED", 0.0)
+    monkeypatch.setattr("occlusion_bake.core.coarse_first.MOST_MISSED", 0.0)
     given_up = bake_one(scene, size=SIZE, error=WANTED).maps["ao"]
-    monkeypatch.setattr("occlusion_bake.core.map_tracer.LEAST_TEXELS", 1 << 30)
+    monkeypatch.setattr("occlusion_bake.core.coarse_first.LEAST_TEXELS", 1 << 30)
     whole = bake_one(scene, size=SIZE, error=WANTED).maps["ao"]
     assert_array_equal(given_up.values, whole.values)
     assert given_up.rays == whole.rays

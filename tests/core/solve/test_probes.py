@@ -63,6 +63,15 @@ def test_the_doubt_is_the_spread_of_the_mean_square(truth: np.ndarray) -> None:
     assert 0.8 < np.std(squares, ddof=1) / np.mean(doubts) < 1.25
 
 
+def test_joined_probes_tell_the_mean_of_both_and_doubt_it_less(truth: np.ndarray) -> None:
+    values = (truth + 0.03).astype(np.float32)
+    one, other, *_ = measured(values, truth, np.zeros_like(truth), np.ones_like(truth, dtype=bool))
+    joined, parts = one.joined(other), (one.error(values), other.error(values))
+    assert joined.error(values).square == pytest.approx(np.mean([each.square for each in parts]))
+    assert joined.error(values).doubt == pytest.approx(np.mean([each.doubt for each in parts]) / np.sqrt(2.0), rel=0.05)
+    assert joined.cost == one.cost + other.cost == 2 * 2 * LANES * RAYS * len(one.texels)
+
+
 def test_where_all_agree_there_is_no_error() -> None:
     open_sky = np.ones((32, 32))
     (probes, *_) = measured(open_sky, open_sky, np.zeros_like(open_sky), np.ones_like(open_sky, dtype=bool))

@@ -233,3 +233,23 @@ def test_what_is_told_with_much_doubt_is_measured_again_by_more_rays() -> None:
     told = solve(opening, np.zeros((64, 64), np.int32), Goal(4), 0, Probed()).error
     assert asked == [asked[0]] * 2 + [2 * asked[0]] * 2  # two estimates each time
     assert told.square < told.doubt * 8 and told.rmse < 0.05
+
+
+def test_an_error_that_few_texels_hold_is_measured_at_more_of_them() -> None:
+    """One texel of a thousand is off, of which 4096 probes meet four: they know little, and rays enough were traced."""
+    side, truth = 512, 0.25
+    off = np.random.default_rng(0).random((side, side)) < 1e-3
+    listed: list[tuple[int, int]] = []
+
+    class Probed(OneRound):
+        def probe(self, texels: Longs, rays: int) -> Floats:
+            listed.append((len(texels), rays))
+            return np.full((1, len(texels)), truth * rays, dtype=np.float32)
+
+    opening = np.where(off, 0.75, truth).astype(np.float32)[np.newaxis] * np.float32(256), None
+    told = solve(opening, np.zeros((side, side), np.int32), Goal(256), 0, Probed()).error
+    first, most = listed[0][0] * listed[0][1], 0.25 * 256 * side * side
+    assert sum(count * rays for count, rays in listed[4:]) >= 2 * first  # after the first, and twice their rays
+    assert sum(count * rays for count, rays in listed[2:]) <= most
+    assert told.doubt < 0.5 * told.square
+    assert abs(told.square - 0.25 * off.mean()) < 4.0 * told.doubt

@@ -179,6 +179,23 @@ def test_a_thin_gap_keeps_its_shadow(gap: float) -> None:
     assert error(sharp) < 1.2 * error(plain) + 0.002
 
 
+def test_listed_texels_are_filtered_as_among_all(flat: Sheet) -> None:
+    """Those without a filtered value of their own stay: here every one, for none has a place that is a number."""
+    noisy = flat.noisy(ramp(flat), 0.05, 3)
+    texels = np.flatnonzero(flat.owned)[::7]
+    listed = flat.filter(noisy, 0.05**2, texels=texels).reshape(-1)[texels]
+    assert_array_equal(listed, flat.filter(noisy, 0.05**2).reshape(-1)[texels])
+    nowhere = Sheet(shapes.plane(1.0))
+    nowhere.surface = replace(
+        nowhere.surface,
+        mesh=replace(nowhere.surface.mesh, vertices=np.full_like(nowhere.surface.mesh.vertices, np.nan)),
+    )
+    nowhere.surface_filter = SurfaceFilter(nowhere.surface)
+    stays = nowhere.filter(noisy, 0.05**2, texels=texels)
+    assert_array_equal(stays.reshape(-1)[texels], noisy.astype(np.float32).reshape(-1)[texels])
+    assert np.count_nonzero(stays) <= len(texels)
+
+
 @pytest.mark.parametrize("most", [200, 1000])
 def test_a_filter_in_parts_is_the_same_filter(most: int) -> None:
     """An image too large to be held at once: every texel once, by the same neighbours."""

@@ -80,6 +80,25 @@ def test_charts_that_touch_in_the_image_do_not_mix() -> None:
     assert_allclose(values[sheet.owned], np.where(sheet.owner >= 2, 0.9, 0.1)[sheet.owned], atol=1e-5)
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_texels_of_two_sizes_side_by_side_on_one_plane(turned: bool) -> None:
+    """A slope goes on across the line where texels become four times as large, inside of a block, from either side."""
+    fine, coarse_part = ((0.0, 34 / SIDE), (34 / SIDE, 1.0)) if not turned else ((30 / SIDE, 1.0), (0.0, 30 / SIDE))
+    spans = (34 / SIDE, 4 * 30 / SIDE)
+    cells = [(low, 0.0, high, 1.0) for low, high in (fine, coarse_part)]
+    starts = (0.0, spans[0]) if not turned else (spans[1], 0.0)
+    quads = [
+        shapes.quad((start, 0, 0), (span, 0, 0), (0, 1, 0), cell=cell)
+        for start, span, cell in zip(starts, spans, cells, strict=True)
+    ]
+    sheet = Sheet(shapes.joined(quads), SIDE)
+    coarse = sheet.surface.coarser()
+    result = told(sheet, at(coarse, 0.2 * coarse.positions[..., 0].astype(np.float64)), coarse=coarse)
+    step = 0.2 / SIDE  # from one fine texel to the next
+    middle = slice(2, -2)
+    assert np.abs(result.rows[0] - 0.2 * sheet.places[..., 0])[middle, 4:-4].max() < 1.0 * step
+
+
 def test_what_has_no_coarse_texel_of_its_own_is_not_told() -> None:
     """The halves of a coarse texel belong to two sides of an edge: one of them has it, and the other is all detail."""
     fine = Sheet(shapes.room(), 96)
