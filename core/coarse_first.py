@@ -18,7 +18,7 @@ from .rays.texel_surface import TexelSurface
 from .solve.adaptive_sampler import missed_share
 from .solve.goal import LEAST_ERROR, Goal
 from .solve.ray_source import RaySource
-from .solve.solver import begin, estimate, estimate_from
+from .solve.solver import begin, estimate, estimate_from, measured
 from .solve.upsample import Estimates, Upsampled, upsampled
 
 # With fewer texels of its own a coarse image would be too coarse for what most meshes have of detail (measured on
@@ -27,6 +27,9 @@ LEAST_TEXELS = 1 << 18  # at an error of LEAST_AT or less; above it they fall as
 LEAST_AT = 1.0 / 255.0
 COARSER = 0.92  # of the error that is wanted: what each halving leaves for what the coarser image misses
 MOST_MISSED = 0.5  # of the texels may need rays of their own
+# Times the first round's rays that the coarsest image may ask for in the next. Where it asks for more, what changes is
+# finer than its texels, and tells nothing about what lies between them: leaves, crumbs.
+MOST_GROWTH = 8.0
 
 
 class Tracer(Protocol):
@@ -100,8 +103,11 @@ def _tell(coarse: Tracer, finer: Tracer, specs: Sequence[MapSpec]) -> list[Upsam
             if missed_share(first, finer.surface.covered, finer.goal.error or 0.0) > MOST_MISSED:
                 return None
             del first
+        begun = [measured(rounds.pop(0), coarse.goal, coarse.seed, source) for source in sources]
+        if max(each.growth for each in begun) > MOST_GROWTH:
+            return None
         return [
-            _upsampled(coarse, estimate(rounds.pop(0), coarse.goal, coarse.seed, source), finer, source.spec)
+            _upsampled(coarse, estimate(begun.pop(0), coarse.goal, coarse.seed, source), finer, source.spec)
             for source in sources
         ]
 

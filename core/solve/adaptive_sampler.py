@@ -26,7 +26,9 @@ _FASTEST, _SLOWEST = 1.5, 1.0
 MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
-_AIM = 0.95  # of the error asked for: what the rounds aim at, so that the last of them seldom falls just short
+# Of the error asked for: what a round aims at, so that the last of them seldom falls just short. After two that did it
+# is so much less again each time: the errors are then not where they are expected, and a round costs more than its rays.
+_AIM = 0.95
 _EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 # Where a finer image begins with what a coarser one tells: detail that this misses may leave so much of the wanted
 # square, and where there is more texels get rays of their own; before they are taken for as good as some part of those.
@@ -117,17 +119,26 @@ class AdaptiveSampler:
 
     def go_on(self, probed: Probes, error: Error) -> bool:
         """A further round, where it lowers the error most. Returns whether there was anything left to do."""
-        assert self._goal.error is not None
         self._round += 1
         if self._round > MOST_ROUNDS or self.rays > MOST_MEAN_RAYS * self._texels.sum():
             return False
         self._learn_rate(error)
-        extra = self._choose(self._squares(probed), (_AIM * self._goal.error) ** 2 - error.allowance(self._goal.error))
+        extra = self._wanted(probed, error)
         if not extra.any():
             return False
         self._trace(extra)
         self._filter()
         return True
+
+    def growth(self, probed: Probes, error: Error) -> float:
+        """How many times the rays so far a further round would add."""
+        return float((self._wanted(probed, error) * self._texels).sum()) / max(self.rays, 1)
+
+    def _wanted(self, probed: Probes, error: Error) -> NDArray[np.int_]:
+        """Rays that a further round adds to each texel of each block."""
+        assert self._goal.error is not None
+        aim = _AIM ** max(self._round - 1, 1) * self._goal.error
+        return self._choose(self._squares(probed), aim**2 - error.allowance(self._goal.error))
 
     def _learn_rate(self, error: Error) -> None:
         """How fast the error of a filtered map falls, from what the last round did to it."""

@@ -69,9 +69,10 @@ class Probes:
 
     def joined(self, others: Probes) -> Probes:
         """With others, of as many rays each, that were placed by other numbers."""
-        pairs = ((self.first, others.first), (self.second, others.second))
-        first, second = (np.concatenate(pair, axis=1) for pair in pairs)
-        texels, weight = (np.concatenate(pair) for pair in ((self.texels, others.texels), (self.weight, others.weight)))
+        first, second = (
+            np.concatenate(pair, axis=1) for pair in ((self.first, others.first), (self.second, others.second))
+        )
+        texels, weight = np.concatenate([self.texels, others.texels]), np.concatenate([self.weight, others.weight])
         return Probes(texels, weight, first, second, self.rays)
 
     def error(self, values: Floats) -> Error:

@@ -71,11 +71,32 @@ def begin(opening: tuple[Floats, Floats | None], owner: Ints, goal: Goal, source
     return rounds
 
 
-def estimate(rounds: AdaptiveSampler, goal: Goal, seed: int, source: RaySource) -> Estimates:
-    """One map of a coarse image, to be told to finer ones; the error is measured once more there, so that the doubt
-    about it is let go here. rounds: the first one is done."""
-    _rounds_to(rounds, goal, seed, source, lambda error: error.square <= (goal.error or 0.0) ** 2)
-    return rounds.estimates()
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """The rounds of a coarse image when the first one's error is measured, which the probes did. growth: how many times
+    its rays the second would add, 0 where the error is small enough: the error is measured once more on finer images,
+    so that the doubt about it is let go here."""
+
+    rounds: AdaptiveSampler
+    probed: Probes
+    error: Error
+    growth: float
+
+
+def measured(rounds: AdaptiveSampler, goal: Goal, seed: int, source: RaySource) -> Begun:
+    """What the first round brought."""
+    probed, error = _measure(rounds.values, rounds.expected, rounds.covered, goal, seed, source, rounds.rays)
+    return Begun(rounds, probed, error, 0.0 if _is_enough(goal)(error) else rounds.growth(probed, error))
+
+
+def estimate(begun: Begun, goal: Goal, seed: int, source: RaySource) -> Estimates:
+    """One map of a coarse image, to be told to finer ones."""
+    _rounds_on(begun.rounds, begun.probed, begun.error, goal, seed, source, _is_enough(goal))
+    return begun.rounds.estimates()
+
+
+def _is_enough(goal: Goal) -> Callable[[Error], bool]:
+    return lambda error: error.square <= (goal.error or 0.0) ** 2
 
 
 def estimate_from(coarse: Upsampled, owner: Ints, goal: Goal, source: RaySource) -> Estimates:
@@ -100,8 +121,21 @@ def _rounds_to(
     rounds: AdaptiveSampler, goal: Goal, seed: int, source: RaySource, enough: Callable[[Error], bool]
 ) -> tuple[Probes, Error]:
     """Rounds until the error that is measured is enough."""
+    probed, error = _measure(rounds.values, rounds.expected, rounds.covered, goal, seed, source, rounds.rays)
+    return _rounds_on(rounds, probed, error, goal, seed, source, enough)
+
+
+def _rounds_on(
+    rounds: AdaptiveSampler,
+    probed: Probes,
+    error: Error,
+    goal: Goal,
+    seed: int,
+    source: RaySource,
+    enough: Callable[[Error], bool],
+) -> tuple[Probes, Error]:
+    """The same from a measured error on."""
     covered = rounds.covered
-    probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, source, rounds.rays)
     while not enough(error) and rounds.go_on(probed, error):
         probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, source, rounds.rays, probed)
     return probed, error

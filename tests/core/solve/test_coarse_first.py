@@ -106,8 +106,12 @@ def test_the_bits_are_the_same_for_any_number_of_threads(scene: Scene, settings:
         assert_array_equal(each.values, three.maps[name].values)
 
 
-def test_where_too_much_is_missed_no_image_is_halved(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("occlusion_bake.core.coarse_first.MOST_MISSED", 0.0)
+@pytest.mark.parametrize(("bound", "value"), [("MOST_MISSED", 0.0), ("MOST_GROWTH", -1.0)])
+def test_where_too_much_is_missed_no_image_is_halved(
+    bound: str, value: float, scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Or where the halved one asks for too many rays."""
+    monkeypatch.setattr(f"occlusion_bake.core.coarse_first.{bound}", value)
     given_up = bake_one(scene, size=SIZE, error=WANTED).maps["ao"]
     monkeypatch.setattr("occlusion_bake.core.coarse_first.LEAST_TEXELS", 1 << 30)
     whole = bake_one(scene, size=SIZE, error=WANTED).maps["ao"]
