@@ -27,7 +27,7 @@ MOST_RAYS = 1 << 16  # of a texel in one round
 MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
 # Of the error asked for: what a round aims at, so that the last of them seldom falls just short. After two that did it
-# is so much less again each time: the errors are then not where they are expected, and a round costs more than its rays.
+# is so much less again each time: the errors are not where they are expected, and a round costs more than its rays.
 _AIM = 0.95
 _EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 # Where a finer image begins with what a coarser one tells: detail that this misses may leave so much of the wanted
