@@ -20,7 +20,7 @@ from .bakers import (
     settings_of,
 )
 from .cases import MAPS, Case, is_trial
-from .classes import AIM, BRACKETED
+from .classes import AIM, BRACKET_SIZE, BRACKETED
 
 PATIENCE = 4.0  # points that are expected to take so many times the budget are left out
 BRACKET_SECONDS = 1800.0  # what a point that goes all the way may take
@@ -64,7 +64,7 @@ def _until(error: float, baker: Baker) -> Baker:
 
 def _bracketing(case: Case, baker: Baker) -> Baker:
     """Finer than others where peers go all the way."""
-    if case.scene not in BRACKETED or baker.name not in PEERS:
+    if case.scene not in BRACKETED or case.size != BRACKET_SIZE or baker.name not in PEERS:
         return baker
     further = tuple(each for each in FURTHER if baker.cost(each) > baker.cost(baker.settings[-1]))
     return replace(baker, further=further, until=float(Fraction(AIM)))

@@ -32,9 +32,9 @@ CLASSES = (
     SceneClass("fine", "Finer than texels", ("thousands", "foliage", "sculpt", "instances"), 15.0),
 )
 
-# Small enough that peers are baked until their RMSE is below AIM's; elsewhere their curves may end before, and are
+# Here, at this size, peers are baked until their RMSE is below AIM's; elsewhere their curves may end before, and are
 # carried on.
-BRACKETED = ("spot", "gaps", "bevel_low", "nook", "interior")
+BRACKETED, BRACKET_SIZE = ("spot", "gaps", "nook", "interior"), 512
 
 
 def size_of(scene: str) -> int:

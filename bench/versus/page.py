@@ -14,7 +14,7 @@ from ..tables import table
 from . import class_page
 from .bakers import CYCLES, CYCLES_DEFAULT, OURS, OURS_ERROR, PEERS
 from .class_figures import NONE
-from .classes import AIM, BRACKETED
+from .classes import AIM, BRACKET_SIZE, BRACKETED
 from .curves import Ratio, geometric_mean, ratio_at
 from .measure import LONG
 from .plot import GOALS
@@ -29,6 +29,7 @@ CONSTANTS = {
     "lift": LIFT,
     "millions": MOST_TRIANGLES // 1_000_000,
     "aim": AIM,
+    "bracket_size": BRACKET_SIZE,
     "bracketed": ", ".join(f"`{scene}`" for scene in BRACKETED),
 }
 

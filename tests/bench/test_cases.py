@@ -14,7 +14,7 @@ from occlusion_bake.bench.versus import __main__ as command
 from occlusion_bake.bench.versus.bakers import CYCLES, OURS, OURS_ERROR, PEERS, Baker
 from occlusion_bake.bench.versus.cases import Case, cases, is_meant, is_trial
 from occlusion_bake.bench.versus.choice import BRACKET_SECONDS, bakers_for, longest
-from occlusion_bake.bench.versus.classes import BRACKETED, CLASSES
+from occlusion_bake.bench.versus.classes import BRACKET_SIZE, BRACKETED, CLASSES
 from occlusion_bake.bench.versus.measure import _expected, _is_at_its_end
 from occlusion_bake.bench.versus.record import Point, Record, Run
 from occlusion_bake.samples.bench_scenes import MODELS, OWN_SIZES, SCENES
@@ -110,14 +110,15 @@ def test_a_word_that_means_nothing_is_refused(words: str, models: Path) -> None:
 
 def test_peers_go_on_where_they_are_to_bracket_and_there_alone(models: Path) -> None:
     for name in PEERS:
-        ordinary, bracketed = (a_baker(models, name, Case(scene, 512)) for scene in ("bunny", BRACKETED[0]))
+        ordinary, bracketed = (a_baker(models, name, Case(scene, BRACKET_SIZE)) for scene in ("bunny", BRACKETED[0]))
         assert ordinary.further == ()
         assert bracketed.settings == ordinary.settings
         assert int(bracketed.further[0]) == 2 * int(bracketed.settings[-1])
         assert bracketed.further[-1] == "4096"
         chosen = chosen_by("", models)
         assert longest(bracketed, "4096", chosen) == BRACKET_SECONDS > longest(bracketed, "1", chosen)
-    assert all(a_baker(models, name, Case(BRACKETED[0], 512)).further == () for name in OURS)
+        assert a_baker(models, name, Case(BRACKETED[0], 2 * BRACKET_SIZE)).further == ()
+    assert all(a_baker(models, name, Case(BRACKETED[0], BRACKET_SIZE)).further == () for name in OURS)
 
 
 def test_reflections_are_measured_of_ours(models: Path) -> None:
