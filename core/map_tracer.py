@@ -19,14 +19,15 @@ from .rays.accumulators import Accumulator
 from .rays.map_spec import MapSpec, count_images, image_slices
 from .rays.texel_surface import TexelSurface
 from .rays.trace_scene import TraceScene
-from .rays.tracer import CHUNK_RAYS, Sums, TraceOptions, trace, trace_texels
+from .rays.tracer import CHUNK_RAYS, Sums, TraceOptions, trace, trace_blocks, trace_texels
 from .solve import horizon
+from .solve.blocks import all_texels_of
 from .solve.goal import Goal, first_rays
 from .solve.solver import Solved, solve, solve_from
 from .solve.surface_filter import SurfaceFilter
 from .spherical.lobe import open_horizon
 
-# Seeds of rounds, of probes and of codes, so many apart.
+# Seeds of probes and of codes, so many apart.
 _NEXT_SEED, _PROBES, _CODES, _LEVELS = 0x9E3779B97F4A7C15, 1 << 20, 1 << 21, 1 << 22
 
 
@@ -82,7 +83,7 @@ class MapTracer:
         return self.options.seed
 
     def options_of(self, rays: int, number: int) -> TraceOptions:
-        """Each round's rays, and each draw of the probes', by a seed of its own; the first round's by the bake's."""
+        """Rays of rounds, 0, go on in the sequences of one seed; each draw of the probes' has one of its own."""
         return replace(self.options, count=rays, seed=self.seed + (number + self.level * _LEVELS) * _NEXT_SEED)
 
     @property
@@ -142,7 +143,7 @@ class RaysOfMap:
 
     def __init__(self, tracer: MapTracer, spec: MapSpec) -> None:
         self._tracer, self._spec = tracer, spec
-        self._rounds, self._draws = count(1), count()
+        self._draws = count()
 
     @property
     def spec(self) -> MapSpec:
@@ -159,29 +160,28 @@ class RaysOfMap:
         tracer = self._tracer
         return SurfaceFilter(tracer.surface.part(owner), control=tracer.stages.enter("finding neighbours"))
 
-    def trace(self, texels: Longs, rays: int) -> tuple[Floats, Floats]:
+    def trace(self, blocks: Longs, before: int, rays: int) -> tuple[Floats, Floats]:
         """As `RaySource.trace`."""
-        tracer, totals = self._tracer, self._spec.accumulator.totals
+        tracer, spec = self._tracer, self._spec
         with tracer.clock.stage("trace"):
-            options, control = tracer.options_of(rays, next(self._rounds)), tracer.stages.enter("tracing", rays=True)
-            sums = self._sums(texels, options, control, halves=True)
+            options, control = tracer.options_of(rays, 0), tracer.stages.enter("tracing", rays=True)
+            sums = trace_blocks(tracer.scene, tracer.surface, blocks, before, (spec,), options, control=control)
+        if spec.divided:
+            texels, inside = all_texels_of(blocks, tracer.surface.owner.shape)
+            _divide(sums, 0, tracer.openness(spec, np.where(inside, texels, 0)))
         assert sums.first_half is not None
-        return totals(sums.all, rays), totals(sums.first_half, rays // 2)
+        first = max((before + rays) // 2 - before, 0)
+        return spec.accumulator.totals(sums.all, rays), spec.accumulator.totals(sums.first_half, first)
 
     def probe(self, texels: Longs, rays: int) -> Floats:
         """As `RaySource.probe`."""
-        tracer = self._tracer
-        with tracer.clock.stage("probe"):
-            options = tracer.options_of_probes(rays, next(self._draws))
-            return self._sums(texels, options, tracer.stages.control, halves=False).all
-
-    def _sums(self, texels: Longs, options: TraceOptions, control: Control, *, halves: bool) -> Sums:
-        """Of listed texels, the horizon divided out where that is asked for."""
         tracer, spec = self._tracer, self._spec
-        sums = trace_texels(tracer.scene, tracer.surface, texels, (spec,), options, halves=halves, control=control)
+        with tracer.clock.stage("probe"):
+            options, control = tracer.options_of_probes(rays, next(self._draws)), tracer.stages.control
+            sums = trace_texels(tracer.scene, tracer.surface, texels, (spec,), options, control=control)
         if spec.divided:
             _divide(sums, 0, tracer.openness(spec, texels))
-        return sums
+        return sums.all
 
     def enter(self, stage: str) -> Control:
         """As `RaySource.enter`."""

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 15
+ABI_VERSION = 16
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -166,6 +166,10 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_trace_texels": [
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
         *[c_void_p, c_int64, POINTER(c_void_p), POINTER(c_void_p), _CONTROL],
+    ],
+    "ob_trace_blocks": [
+        *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), POINTER(Map), c_int32],
+        *[c_void_p, c_int64, c_int32, POINTER(c_void_p), POINTER(c_void_p), _CONTROL],
     ],
     "ob_trace_cells": [
         *[_HANDLE, POINTER(Surface), POINTER(TraceSettings), c_void_p, c_int64],

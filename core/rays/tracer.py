@@ -20,6 +20,7 @@ from .texel_surface import TexelSurface
 from .trace_scene import TraceScene
 
 CHUNK_RAYS = 256  # the kernel traces all texels' first so many rays, tile by tile, before it goes on
+BLOCK = 4  # texels along a block's side: a packet's sixteen
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,39 @@ def trace_texels(
             *listed,
             _rows(sums, *shape),
             halves_rows,
+            api.pointer_to(control),
+        )
+    )
+    return Sums(sums, first_half)
+
+
+def trace_blocks(
+    scene: TraceScene,
+    surface: TexelSurface,
+    blocks: Longs,
+    before: int,
+    specs: Sequence[MapSpec],
+    options: TraceOptions,
+    *,
+    control: api.Control | None = None,
+) -> Sums:
+    """Trace rays of the texels of blocks of 4 x 4, numbered row by row: those after the first `before` of the sequence
+    that each texel has by its place and the seed, and of which `trace` takes the first ones. Rounds that go on where
+    others ended complete them.
+
+    The sums are (M, len(blocks), 16), texels in Morton order, 0 where there is no owner; the first half is that of
+    before + count rays. Raises as `trace`.
+    """
+    sums, first_half = (np.zeros((count_images(specs), len(blocks), BLOCK**2), dtype=np.float32) for _ in range(2))
+    described = surface.described()
+    api.check(
+        api.library().ob_trace_blocks(
+            *_what(scene, described, specs, options),
+            api.address(blocks, np.int64, len(blocks)),
+            len(blocks),
+            before,
+            _rows(sums, *sums.shape),
+            _rows(first_half, *sums.shape),
             api.pointer_to(control),
         )
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,25 +10,24 @@ from numpy.typing import NDArray
 from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..rays.accumulators import Accumulator
 from ..rays.map_spec import Axis
-from .blocks import block_sums, grown, largest, lists_of, texels_of
+from .blocks import block_of, block_sums, grown, largest, lists_of, texels_in, texels_of
+from .calibration import calibrated
 from .goal import Goal, first_rays
 from .probes import Error, Probes
+from .ray_budget import Blocks, Budget, rays_after
 from .ray_source import RaySource
 from .running_estimate import RunningEstimate
 from .surface_filter import SurfaceFilter
 from .upsample import NOTHING_TOLD, Estimates, Upsampled
 
-GROWTHS = (0, 2, 4, 8, 16)  # rays that a round may add to a block's texels, over those that they had before
-# How fast squared errors fall with the rays: as their power of -1.5 where noise makes them, of -1 where the filter
-# blurs detail. Which it is, the rounds before tell; a filtered map is taken for the second before it has had two.
-_FASTEST, _SLOWEST = 1.5, 1.0
-MOST_RAYS = 1 << 16  # of a texel in one round
+# How fast squared errors fall with the rays: as their power of -1.5 where noise alone makes them; of -1 where the
+# filter takes most of it away and detail with it; of -1.3 where it takes nothing, as there are edges within texels.
+_OF_NOISE, _OF_BLUR, _OF_EDGES = 1.5, 1.0, 1.3
 MOST_ROUNDS = 12
 MOST_MEAN_RAYS = 4096  # of the texels together, before a bake gives up on the error asked for
 # Of the error asked for: what a round aims at, so that the last of them seldom falls just short. After two that did it
 # is so much less again each time: the errors are not where they are expected, and a round costs more than its rays.
 _AIM = 0.95
-_EVEN = 0.05  # of the error that the filter expects is taken to be anywhere: where it errs, it does not know
 # Where a finer image begins with what a coarser one tells: detail that this misses may leave so much of the wanted
 # square, and where there is more texels get rays of their own; before they are taken for as good as some part of those.
 _MISSED = 0.15
@@ -60,8 +58,6 @@ class AdaptiveSampler:
         self._part: _Part | None = None
         self._estimates: list[RunningEstimate] = []  # of each row
         self._round = 0
-        self._rate = _SLOWEST if goal.filters else _FASTEST
-        self._before: tuple[int, float] | None = None  # rays and squared error before the last round
         self.values = self.expected = np.zeros(owner.shape, dtype=np.float32)
 
     @property
@@ -100,54 +96,66 @@ class AdaptiveSampler:
         shares = self._source.spec.accumulator is not Accumulator.BENT  # whose other rows are directions
         return [self._filtered(row, shares=shares)[0] for row in range(1, len(self._estimates))]
 
-    def _trace(self, extra: NDArray[np.int_]) -> None:
-        """So many rays more to the texels of each block."""
-        for rays in np.unique(extra[extra > 0]):
-            for texels in lists_of(extra == rays, self.covered):
-                self._trace_listed(texels, int(rays))
-        self._rays = np.where(self._traced, self._rays + extra, np.where(extra > 0, extra, self._rays))
-        if (extra[~self._traced] > 0).any():
-            self._traced, self._part = self._traced | (extra > 0), None
+    def _trace(self, goal: NDArray[np.int_]) -> None:
+        """Bring each block's texels to so many rays of their own, where those are more than they have."""
+        had = np.where(self._traced, self._rays, 0)
+        more = goal > had
+        for before in np.unique(had[more]):
+            for after in np.unique(goal[more & (had == before)]):
+                for blocks in lists_of(more & (had == before) & (goal == after)):
+                    self._trace_listed(blocks, int(before), int(after))
+        self._rays = np.where(more, goal, self._rays)
+        if (more & ~self._traced).any():
+            self._traced, self._part = self._traced | more, None
 
-    def _trace_listed(self, texels: Longs, rays: int) -> None:
-        total, first = self._source.trace(texels, rays)
-        seen = total[0] >= 0.0  # some may face away this time
-        if not seen.all():
-            texels, total, first = texels[seen], total[:, seen], first[:, seen]
+    def _trace_listed(self, blocks: Longs, before: int, after: int) -> None:
+        texels, there = texels_in(blocks, self.covered)
+        total, first = (each[:, there] for each in self._source.trace(blocks, before, after - before))
         for estimate, *row in zip(self._estimates, total, first, strict=True):
-            estimate.add(row[0], row[1], rays, texels)
+            estimate.go_on(row[0], row[1], before, after, texels[there], seen=total[0] >= 0.0)
 
     def go_on(self, probed: Probes, error: Error) -> bool:
         """A further round, where it lowers the error most. Returns whether there was anything left to do."""
         self._round += 1
         if self._round > MOST_ROUNDS or self.rays > MOST_MEAN_RAYS * self._texels.sum():
             return False
-        self._learn_rate(error)
-        extra = self._wanted(probed, error)
-        if not extra.any():
+        goal = self._wanted(probed, error)
+        if not self._added(goal) > 0.0:
             return False
-        self._trace(extra)
+        self._trace(goal)
         self._filter()
         return True
 
     def growth(self, probed: Probes, error: Error) -> float:
         """How many times the rays so far a further round would add."""
-        return float((self._wanted(probed, error) * self._texels).sum()) / max(self.rays, 1)
+        return self._added(self._wanted(probed, error)) / max(self.rays, 1)
 
     def _wanted(self, probed: Probes, error: Error) -> NDArray[np.int_]:
-        """Rays that a further round adds to each texel of each block."""
+        """The rays of its own that each texel of each block should have after a further round."""
         assert self._goal.error is not None
         aim = _AIM ** max(self._round - 1, 1) * self._goal.error
-        return self._choose(self._squares(probed), aim**2 - error.allowance(self._goal.error))
+        budget = Budget(
+            (aim**2 - error.allowance(self._goal.error)) * float(self._texels.sum()),
+            MOST_MEAN_RAYS * float(self._texels.sum()) - self.rays,
+            self._rate(probed),
+        )
+        return rays_after(Blocks(self._squares(probed), self._texels, self._rays, self._traced), budget)
 
-    def _learn_rate(self, error: Error) -> None:
-        """How fast the error of a filtered map falls, from what the last round did to it."""
-        square = max(error.square, error.doubt)
-        if self._before is not None and self._goal.filters:
-            rays, before = self._before
-            seen = math.log(before / square) / math.log(self.rays / rays)
-            self._rate = min(max(seen, _SLOWEST), _FASTEST)
-        self._before = self.rays, square
+    def _added(self, goal: NDArray[np.int_]) -> float:
+        """All rays that it takes to get there."""
+        return float(((goal - np.where(self._traced, self._rays, 0)) * self._texels).sum())
+
+    def _rate(self, probed: Probes) -> float:
+        """As what power of the rays the squared error will fall: by the part of it that the filter leaves."""
+        if not self._goal.filters:
+            return _OF_NOISE
+        own = self._estimates[0]
+        traced = own.precision.reshape(-1)[probed.texels] > 0.0
+        noisy, filtered = (
+            float(probed.weight[traced] @ probed.squares(each)[traced]) for each in (own.value, self.values)
+        )
+        left = min(max(filtered / noisy, 0.0), 1.0) if noisy > 0.0 else 0.0
+        return _OF_BLUR + left * (_OF_EDGES - _OF_BLUR)
 
     def _filter(self) -> None:
         self.values, self.expected = self._filtered(0)
@@ -204,59 +212,10 @@ class AdaptiveSampler:
         )
 
     def _squares(self, probed: Probes) -> Doubles:
-        """Each block's squared error, summed over its texels: as the filter expects it, to the measured scale."""
-        squares = block_sums(self.expected)
-        expected = float(probed.weight @ self.expected.reshape(-1)[probed.texels])
-        measured = float(probed.weight @ probed.squares(self.values))
-        scale = measured / expected if measured > 0.0 and expected > 0.0 else 1.0
-        for rays in np.unique(self._rays):
-            here = self._rays == rays
-            mean = squares[here].sum() / max(self._texels[here].sum(), 1.0)
-            squares[here] = scale * ((1.0 - _EVEN) * squares[here] + _EVEN * mean * self._texels[here])
-        return squares
-
-    def _choose(self, squares: Doubles, wanted: float) -> NDArray[np.int_]:
-        """Rays to add to each texel of each block, so that about the wanted mean square is reached with the fewest.
-
-        More rays of r times a texel's number bring its squared error to 1 / (1 + r^rate) of what it was. For a price
-        of a ray each block takes the growth that costs least, rays and error together; the price is found by
-        bisection, and goes no lower than the rays that are left can pay for.
-        """
-        left = _left(self._rate)
-        steps = np.diff(_GROWTHS) / -np.diff(left)  # from which worth on, in prices, a growth beats the one before
-        worth = squares / np.maximum(self._texels * self._rays, 1.0)
-        goal = wanted * self._texels.sum()
-        affordable = MOST_MEAN_RAYS * self._texels.sum() - self.rays
-        low, high = worth.max() * 1e-9, worth.max()
-        if not high > 0.0:
-            return np.zeros_like(self._rays)
-        # Blocks in order of their worth: of those with one growth each sum is a difference of two running ones.
-        order = np.argsort(worth, axis=None)
-        ladder = worth.reshape(-1)[order]
-        squares_to, rays_to = (_running_sums(each, order) for each in (squares, self._rays * self._texels))
-        for _ in range(40):
-            price = math.sqrt(low * high)
-            ends = [0, *np.searchsorted(ladder, steps * price, side="right"), len(ladder)]
-            enough = np.diff(squares_to[ends]) @ left <= goal
-            too_much = np.diff(rays_to[ends]) @ _GROWTHS > affordable
-            low, high = (price, high) if enough or too_much else (low, price)
-        extra = np.minimum(_GROWTHS[np.searchsorted(steps, worth / low)] * self._rays, MOST_RAYS)
-        powers: NDArray[np.int_] = np.where(extra > 0, 1 << np.frexp(extra / 0.75)[1].astype(np.int_) - 1, 0)
-        return powers
-
-
-_GROWTHS = np.asarray(GROWTHS)
-
-
-def _left(rate: float) -> Doubles:
-    """What each growth leaves of the squared error, where that falls as the rays to the power of -rate."""
-    left: Doubles = 1.0 / (1.0 + _GROWTHS.astype(np.float64) ** rate)
-    return left
-
-
-def _running_sums(values: Doubles, order: NDArray[np.intp]) -> Doubles:
-    """Of the values in an order, from 0 on: one more than there are values."""
-    return np.concatenate([[0.0], np.cumsum(values.reshape(-1)[order])])
+        """Each block's squared error, summed over its texels."""
+        expected = block_sums(self.expected) / np.maximum(self._texels, 1.0)
+        of = block_of(probed.texels, self._owner.shape)
+        return self._texels * calibrated(expected, of, probed.squares(self.values), probed.weight)
 
 
 def missed_share(coarse: Upsampled, covered: Flags, error: float) -> float:

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Flags, Floats, Longs
+from ..rays.tracer import BLOCK
 
-BLOCK = 4  # texels along a side: a packet's sixteen
-
-_LISTED = 1 << 18  # blocks of one list of texels: some 100 MB on the way
+_LISTED = 1 << 18  # blocks of one list: some 100 MB on the way
 
 # A block's texels in the order of a packet's lanes, that of Morton: two by two, and those again.
 _X, _Y = (np.array([(lane >> shift & 1) + (lane >> shift + 1 & 2) for lane in range(BLOCK**2)]) for shift in (0, 1))
@@ -33,34 +31,36 @@ def block_sums(image: Floats | Flags) -> Doubles:
 
 def texels_of(blocks: Flags, covered: Flags) -> Longs:
     """The covered texels of the marked blocks, y · W + x, block by block."""
-    rows, columns = np.nonzero(blocks)
-    return _texels_of(rows, columns, covered)
+    texels, there = texels_in(np.flatnonzero(blocks), covered)
+    return texels[there]
 
 
-def lists_of(blocks: Flags, covered: Flags) -> Iterator[Longs]:
-    """The same in lists of a bounded length."""
-    rows, columns = np.nonzero(blocks)
-    for first in range(0, len(rows), _LISTED):
-        listed = slice(first, first + _LISTED)
-        texels = _texels_of(rows[listed], columns[listed], covered)
-        if len(texels):
-            yield texels
+def lists_of(blocks: Flags) -> Iterator[Longs]:
+    """The numbers of the marked blocks, row by row, in lists of a bounded length."""
+    marked = np.flatnonzero(blocks)
+    for first in range(0, len(marked), _LISTED):
+        yield marked[first : first + _LISTED]
 
 
-def _texels_of(rows: NDArray[np.intp], columns: NDArray[np.intp], covered: Flags) -> Longs:
-    texels, inside = all_texels_of(rows, columns, covered.shape)
-    if not inside.all():
-        texels = texels[inside]
-    texels = texels.reshape(-1)
-    found: Longs = texels[covered.reshape(-1)[texels]]
+def block_of(texels: Longs, shape: tuple[int, ...]) -> Longs:
+    """The numbers of the blocks that texels, y · W + x, of an image of this shape are of."""
+    width = shape[1]
+    rows, columns = np.divmod(texels, width)
+    found: Longs = rows // BLOCK * -(-width // BLOCK) + columns // BLOCK
     return found
 
 
-def all_texels_of(
-    rows: NDArray[np.intp], columns: NDArray[np.intp], shape: tuple[int, ...]
-) -> tuple[Longs, NDArray[np.bool_]]:
+def texels_in(listed: Longs, covered: Flags) -> tuple[Longs, Flags]:
+    """(N, 16) int64: the texels of N blocks, by their numbers; and (N, 16) bool: whether each is covered."""
+    texels, inside = all_texels_of(listed, covered.shape)
+    there: Flags = covered.reshape(-1)[np.where(inside, texels, 0)] & inside
+    return texels, there
+
+
+def all_texels_of(listed: Longs, shape: tuple[int, ...]) -> tuple[Longs, Flags]:
     """(N, 16) int64: the texels of N blocks, y · W + x; and whether each lies in an image of this shape."""
     height, width = shape
+    rows, columns = np.divmod(listed, -(-width // BLOCK))
     texels: Longs = (rows * (BLOCK * width) + columns * BLOCK)[:, np.newaxis] + (_Y * width + _X)
     if height % BLOCK == width % BLOCK == 0:
         return texels, np.broadcast_to(np.True_, texels.shape)

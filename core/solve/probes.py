@@ -15,7 +15,7 @@ import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Longs, Reals
 from ..rays.accumulators import Accumulator, directions
-from .blocks import all_texels_of, block_sums
+from .blocks import block_sums, texels_in
 
 MOST, FEWEST, SHARE = 4096, 256, 4  # probes: one texel of SHARE, but between these, and no more than there are
 LANES = 16  # an estimate of a probe has LANES times so many rays: packets of one texel's rays
@@ -133,10 +133,8 @@ def place(expected: Floats, covered: Flags, seed: int) -> tuple[Longs, Doubles]:
     steps = np.minimum((np.arange(count) + jitter) * (ladder[-1] / count), np.nextafter(ladder[-1], 0.0))
     block = np.searchsorted(ladder, steps, side="right") - 1
     # Within its block a step goes on by the block's texels; rounding may carry it past the last of them.
-    rows, columns = np.divmod(block, texels.shape[1])
-    among, inside = all_texels_of(rows, columns, covered.shape)
-    among = np.where(inside, among, among[:, :1])
-    there = inside & covered.reshape(-1)[among]
+    among, there = texels_in(block, covered)
+    among = np.where(there, among, among[:, :1])
     density = np.where(there, even + steered * expected.reshape(-1)[among].astype(np.float64), 0.0)
     rungs = np.cumsum(density, axis=1)
     rest = np.minimum(steps - ladder[block], np.nextafter(rungs[:, -1], 0.0))

@@ -24,9 +24,10 @@ class RaySource(Protocol):
     def filter_of(self, owner: Ints) -> SurfaceFilter:
         """One of some of the texels, those with an owner, (H, W) int32."""
 
-    def trace(self, texels: Longs, rays: int) -> tuple[Floats, Floats]:
-        """Trace so many rays of listed texels, y · W + x, others at each call: the map's rows times the rays
-        (accumulators.py), over all and over the first half, (R, N) float32; -1 where a texel faces away."""
+    def trace(self, blocks: Longs, before: int, rays: int) -> tuple[Floats, Floats]:
+        """Trace so many rays of the texels of N blocks (blocks.py), after `before` of the sequences that they have: the
+        map's rows times the rays (accumulators.py), over all, and over those of the first half of before + rays. Both
+        are (R, N, 16) float32, 0 where there is no texel; -1 where one faces away."""
 
     def probe(self, texels: Longs, rays: int) -> Floats:
         """Trace so many rays of listed texels, others at each call: sums, (images, N) float32."""

@@ -34,8 +34,8 @@ class RunningEstimate:
     """One map so far. Where a texel's rays go on depends on what they found so far, which biases its value by a little;
     the probes measure that with all else. All images are (H, W) float32, 0 where there are no rays.
 
-    value: the mean of all rounds, each weighted by its precision. precision: 1 for a round of `unit` rays. noise: for
-    each texel an unbiased but crude estimate of the variance of a value of precision 1.
+    value: the mean of all rays. precision: 1 for `unit` of them. noise: for each texel an unbiased but crude estimate
+    of the variance of a value of precision 1.
     """
 
     value: Floats
@@ -57,15 +57,20 @@ class RunningEstimate:
         np.copyto(self.noise, noise, where=where)
         np.copyto(self.precision, np.float32(1.0), where=where)
 
-    def add(self, total: Floats, first_half: Floats, rays: int, texels: Longs) -> None:
-        """Take in a round of some texels, y · W + x: sums over each one's rays, (N,), and over the first half."""
-        more = np.float32((rays / self.unit) ** _RATE)
+    def go_on(self, total: Floats, first_half: Floats, before: int, after: int, texels: Longs, *, seen: Flags) -> None:
+        """Take in a round that goes on in the sequences of some texels, y · W + x, from `before` rays to `after`, twice
+        as many at least: sums over each one's rays, (N,), and over those of them that are of the first half of `after`.
+        seen: (N,) bool, others faced away this time: as much again as is known stands in."""
         value, precision, noise = (image.reshape(-1) for image in (self.value, self.precision, self.noise))
-        before = precision[texels]
-        share = more / (before + more)
-        value[texels] += share * (total * np.float32(1.0 / rays) - value[texels])
-        noise[texels] += share * (_noise(total, first_half, rays) * more - noise[texels])
-        precision[texels] = before + more
+        known = value[texels]
+        if not seen.all():
+            total = np.where(seen, total, known * np.float32(after - before))
+            first_half = np.where(seen, first_half, known * np.float32(after // 2 - before))
+        so_far = known * np.float32(before)
+        share = np.float32((after / self.unit) ** _RATE)
+        value[texels] = (so_far + total) * np.float32(1.0 / after)
+        noise[texels] = _noise(so_far + total, so_far + first_half, after) * share
+        precision[texels] = share
 
     def lend(self, own: Longs, others: Longs, value: Floats, square: Floats) -> None:
         """Give texels that have no rays values that are known otherwise, until `take_back`. own: those that have some.

@@ -26,7 +26,7 @@ extern "C" {
 #define OB_CONSTANT inline
 #endif
 
-enum { OB_ABI_VERSION = 15 };
+enum { OB_ABI_VERSION = 16 };
 
 enum ob_status {
   OB_OK = 0,
@@ -299,6 +299,15 @@ OB_API int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_tra
 OB_API int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
                                const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count,
                                float *const *sums, float *const *halves, ob_control *control);
+
+/* The same for blocks of 4 x 4 texels, numbered row by row: sums[m][16 * i + k] and halves[m][16 * i + k] are those of
+ * texel k of block blocks[i], in Morton order (x, y: 0 0, 1 0, 0 1, 1 1, 2 0, ...); 0 where no triangle owns it or it
+ * is beyond the image. The rays are those after the first `before` of the sequence that each texel has by its place and
+ * the seed, and of which ob_trace takes the first ones: rounds that go on where others ended complete them. halves:
+ * what rays of the first half of before + rays brought. */
+OB_API int32_t ob_trace_blocks(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                               const ob_map *maps, int32_t map_count, const int64_t *blocks, int64_t count,
+                               int32_t before, float *const *sums, float *const *halves, ob_control *control);
 
 /* How open the cells of the hemisphere are, of listed texels: cells[(i * side + row) * side + column] is the mean of V
  * over the rays in a cell of texel texels[i], rays being a power of two and side^2 (side 8 or 16) at least. The cells

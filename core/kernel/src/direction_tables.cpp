@@ -118,6 +118,16 @@ constexpr uint32_t spread_bits(uint32_t x) { // 16 bits to the even ones
   return (x | (x << 1)) & 0x55555555U;
 }
 
+// A polynomial over GF(2) times p = x^2 + x + 1.
+constexpr uint32_t times_p(uint32_t polynomial) { return polynomial ^ (polynomial << 1) ^ (polynomial << 2); }
+
+// Of a tile's sequence, the point of a ray of the texel at a Morton index.
+constexpr uint32_t index_of(uint32_t ray, uint32_t morton) {
+  const uint32_t within_two = times_p(ray) ^ (morton & 3U);
+  const uint32_t within_four = times_p(within_two) ^ ((morton >> 2) & 3U);
+  return times_p(within_four) ^ (morton >> 4);
+}
+
 struct Drawn {
   bool first_half;
   Point4 point; // its first two dimensions; all four where they are asked for
@@ -137,10 +147,11 @@ public:
 
   const std::vector<Drawn> &of(const Plan &plan, uint32_t seed, uint32_t morton, int32_t first, unsigned dimensions) {
     starts_.assign((size_t{1} << bits_) + 1, 0);
-    const uint32_t index = morton * static_cast<uint32_t>(plan.stride) + static_cast<uint32_t>(first);
+    const int32_t half = (plan.before + plan.rays) / 2;
     for (int32_t i = 0; i < count_; ++i) {
       const auto at = static_cast<size_t>(i);
-      points_[at] = {first + i < plan.rays / 2, scrambled_sobol(index + static_cast<uint32_t>(i), seed, dimensions)};
+      const uint32_t index = index_of(static_cast<uint32_t>(first + i), morton);
+      points_[at] = {first + i < half, scrambled_sobol(index, seed, dimensions)};
       cells_[at] = cell_of(points_[at].point);
       ++starts_[cells_[at] + 1];
     }
@@ -236,26 +247,38 @@ void fill_group(const Plan &plan, uint32_t seed, int group, size_t base, Chunk c
 
 } // namespace
 
-Plan plan_rays(int32_t rays, uint64_t seed) {
-  int32_t stride = 1;
-  while (stride < rays) {
-    stride *= 2;
+namespace {
+
+constexpr int32_t kSets = 64; // what all tiles share never averages out; of so many it stays below the noise
+
+// About a point for two rays, and 6 x 6 at most: more of them gain nothing that shows.
+int32_t footprint_side(int32_t rays) { return rays < 4 ? 1 : (rays < 16 ? 2 : (rays < 128 ? 4 : 6)); }
+
+uint32_t folded(uint64_t seed) { return mix(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32)); }
+
+} // namespace
+
+Plan plan_rays(int32_t rays, uint64_t seed, int32_t before) {
+  return {rays, before, kSets, footprint_side(before + rays), folded(seed)};
+}
+
+uint32_t footprint_index(const Plan &plan, size_t chunk) {
+  // Each round that goes on from a power of two takes points that none before it took.
+  auto first = static_cast<uint32_t>(plan.before / kChunk);
+  for (int32_t rest = plan.before; rest > 0; rest /= 2) {
+    ++first;
   }
-  // What all tiles share never averages out; so many sets that it stays below the noise (and 16 at least).
-  const int32_t sets = std::max(16, 1024 / stride);
-  // About a point for two rays, and 6 x 6 at most: more of them gain nothing that shows.
-  const int32_t side = rays < 4 ? 1 : (rays < 16 ? 2 : (rays < 128 ? 4 : 6));
-  return {rays, stride, sets, side, mix(static_cast<uint32_t>(seed), static_cast<uint32_t>(seed >> 32))};
+  return first + static_cast<uint32_t>(chunk);
 }
 
 std::vector<Chunk> chunks_of(const Plan &plan) {
   if (plan.rays <= kChunk) {
-    return {{0, plan.rays}};
+    return {{plan.before, plan.rays}};
   }
   std::vector<Chunk> chunks;
-  const int32_t half = plan.rays / 2;
-  for (int32_t first = 0; first < plan.rays;) {
-    const int32_t end = first < half ? half : plan.rays;
+  const int32_t all = plan.before + plan.rays;
+  for (int32_t first = plan.before; first < all;) {
+    const int32_t end = first < all / 2 ? all / 2 : all;
     const int32_t count = std::min(kChunk, end - first);
     chunks.push_back({first, count});
     first += count;

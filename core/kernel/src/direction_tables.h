@@ -1,9 +1,17 @@
 // The directions of a bake, made once and shared by all tiles.
 //
-// A tile of 8 x 8 texels shares one scrambled Sobol set; the texel at Morton index m takes its points m * N' to
-// m * N' + N - 1, N' the power of two from N up (after Ahmed & Wonka 2020). Each texel's points are sorted by the cell
-// of the unit square that they lie in, so that ray k of the sixteen texels of a group points to the same cell.
-// Which of several sets a tile takes, and by how much it is turned about the axis, a hash of its place decides.
+// A tile of 8 x 8 texels shares one scrambled Sobol sequence, of which each texel takes every 64th point, so that its
+// rays complete one another and those of its neighbours, in every round (the first is after Ahmed & Wonka 2020). Which
+// points are whose is told by their indices as polynomials over GF(2), bit k for x^k: the texel at Morton digits a, b,
+// c (within two by two texels, within four by four, within the tile) takes i p^3 + a p^2 + b p + c for its ray i, where
+// p = x^2 + x + 1. In its first two dimensions a point lies in a box of 2^-q x 2^-r by its index modulo x^q and
+// (x + 1)^r. Neither has a factor in common with p, so that the first 2^(q + r) multiples of p^3, or of p^2, p and 1,
+// which are the rays of a texel, of two by two, of four by four and of the tile, lie in each of the boxes once (Chinese
+// remainder theorem): they are nets, at every power of two of rays.
+//
+// Each texel's points are sorted by the cell of the unit square that they lie in, so that ray k of the sixteen texels
+// of a group points to the same cell. Which of several sets a tile takes, and by how much it is turned about the axis,
+// a hash of its place decides.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +47,7 @@ struct Schedule {
 // The plan of a bake's rays: how many in all, in which chunks.
 struct Plan {
   int32_t rays;   // a texel
-  int32_t stride; // N': points reserved for a texel
+  int32_t before; // of each texel's sequence, which earlier rounds took
   int32_t sets;
   int32_t side; // a chunk's footprint points: side x side of them, at most 6 x 6
   uint32_t seed;
@@ -53,7 +61,10 @@ struct Chunk {
 
 std::vector<Chunk> chunks_of(const Plan &plan);
 
-Plan plan_rays(int32_t rays, uint64_t seed);
+Plan plan_rays(int32_t rays, uint64_t seed, int32_t before = 0);
+
+// Of the footprint cells' own sequences the point that a chunk takes, by its number among the plan's.
+uint32_t footprint_index(const Plan &plan, size_t chunk);
 
 // Fills the schedule and one table a map for the chunk's rays of every texel of the groups that are used, 0 elsewhere;
 // in part where `control` is cancelled.

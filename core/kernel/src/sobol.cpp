@@ -46,8 +46,8 @@ constexpr Matrix reversed(Matrix matrix) {
 }
 
 constexpr std::array<Matrix, 4> kReversed = {reversed(van_der_corput()), reversed(directions(1, 0, {1, 0, 0})),
-                                             reversed(directions(2, 1, {1, 3, 0})),
-                                             reversed(directions(3, 1, {1, 3, 1}))};
+                                             reversed(directions(3, 1, {1, 3, 1})),
+                                             reversed(directions(3, 2, {1, 1, 1}))};
 
 // One coordinate, its bits in reverse: what a scramble begins with.
 uint32_t reversed_sobol(uint32_t index, unsigned dimension) {

@@ -52,7 +52,9 @@ struct Point4 {
   uint32_t x[4];
 };
 
-// Point `index` of the Sobol sequence. Every aligned run of 2^k points is a (0, k, 2)-net in the first two dimensions.
+// Point `index` of a Sobol sequence. Every aligned run of 2^k points is a (0, k, 2)-net in the first two dimensions.
+// The polynomials of its dimensions are x, x + 1, x^3 + x + 1 and x^3 + x^2 + 1: x^2 + x + 1, which would be the third,
+// is what tells apart the texels of a tile (direction_tables.h).
 Point4 sobol(uint32_t index);
 
 // The same with each dimension scrambled by a nested uniform (Owen) permutation drawn from the seed; still such nets.

@@ -268,12 +268,37 @@ TexelSelection::Entry TexelSelection::at(int32_t tile, int group, int lane) cons
     const int64_t slot = (static_cast<int64_t>(tile) * kGroups + group) * kLanes + lane;
     return slot < count ? Entry{list[slot], slot} : Entry{-1, -1};
   }
-  const Texel texel = texel_of(tile % tiles_wide, tile / tiles_wide, group, lane);
+  if (!has(tile, group)) {
+    return {-1, -1};
+  }
+  const GroupPlace place = place_of(tile, group);
+  const Texel texel = texel_of(place.tile_x, place.tile_y, place.group, lane);
   if (texel.x >= surface.width || texel.y >= surface.height) {
     return {-1, -1};
   }
   const int64_t index = static_cast<int64_t>(texel.y) * surface.width + texel.x;
-  return surface.owner[index] >= 0 ? Entry{index, index} : Entry{-1, -1};
+  if (surface.owner[index] < 0) {
+    return {-1, -1};
+  }
+  return {index, blocks == nullptr ? index : (static_cast<int64_t>(tile) * kGroups + group) * kLanes + lane};
+}
+
+bool TexelSelection::has(int32_t tile, int group) const {
+  const int64_t number = static_cast<int64_t>(tile) * kGroups + group;
+  return list != nullptr ? number * kLanes < count : (blocks == nullptr || number < count);
+}
+
+GroupPlace TexelSelection::place_of(int32_t tile, int group) const {
+  if (list != nullptr) {
+    return {tile, -1, group};
+  }
+  if (blocks == nullptr) {
+    return {tile % tiles_wide(), tile / tiles_wide(), group};
+  }
+  const int64_t block = blocks[static_cast<int64_t>(tile) * kGroups + group];
+  const auto x = static_cast<int32_t>(block % blocks_wide());
+  const auto y = static_cast<int32_t>(block / blocks_wide());
+  return {x / 2, y / 2, x % 2 + 2 * (y % 2)};
 }
 
 namespace {

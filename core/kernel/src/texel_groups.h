@@ -21,18 +21,30 @@ inline uint32_t group_of(Texel texel) {
   return half(texel.x) | (half(texel.y) << 1);
 }
 
-// The texels that a bake takes: all that are owned, tile by tile, or those of a list, 64 to a tile, in its order.
+// A quarter of a tile: where in the image, or of those of a list, which are in one row above it.
+struct GroupPlace {
+  int32_t tile_x, tile_y;
+  int group;
+};
+
+// The texels that a bake takes: all that are owned, tile by tile, those of a list, 64 to a tile, in its order, or those
+// of listed blocks, quarters of the image's tiles, four to a tile.
 struct TexelSelection {
   const ob_surface &surface;
-  const int64_t *list; // NULL: all
-  int64_t count;
-  int32_t tiles_wide;
+  const int64_t *list;   // NULL: none
+  const int64_t *blocks; // row * blocks_wide() + column; NULL: none
+  int64_t count;         // of either
 
   // Index of a lane's texel (y * width + x), and where its sums go; -1: none there.
   struct Entry {
     int64_t texel, slot;
   };
   Entry at(int32_t tile, int group, int lane) const;
+  GroupPlace place_of(int32_t tile, int group) const; // what of it exists
+  bool has(int32_t tile, int group) const;
+
+  int32_t tiles_wide() const { return (surface.width + kTile - 1) / kTile; }
+  int64_t blocks_wide() const { return (surface.width + kTile / 2 - 1) / (kTile / 2); }
 };
 
 // Which footprint points: side x side of them, by point `index` of each cell's own sequence.

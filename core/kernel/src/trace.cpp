@@ -21,9 +21,6 @@
 namespace ob {
 namespace {
 
-// Lists are short, or are of one round among several: what their tiles share need not average out so well.
-constexpr int32_t kListSets = 64;
-
 std::atomic<int64_t> embree_cycles{0};
 std::atomic<int64_t> all_cycles{0};
 
@@ -81,14 +78,14 @@ TraceFunction choose_trace(const PacketCode &code, int width) {
 }
 
 // What the place of a tile decides: which set of directions it takes, and what turns it.
-uint32_t hash_of(const TraceJob &job, int32_t tile) {
-  const bool listed = job.selection.list != nullptr;
-  const int32_t x = listed ? tile : tile % job.selection.tiles_wide;
-  const int32_t y = listed ? -1 : tile / job.selection.tiles_wide;
-  return mix(mix(job.plan.seed, static_cast<uint32_t>(x)), static_cast<uint32_t>(y));
+uint32_t hash_of(const TraceJob &job, const GroupPlace &place) {
+  return mix(mix(job.plan.seed, static_cast<uint32_t>(place.tile_x)), static_cast<uint32_t>(place.tile_y));
 }
 
-size_t set_of(const TraceJob &job, uint32_t hash) { return hash % static_cast<uint32_t>(job.plan.sets); }
+// Which of the tables' groups it takes, of those of all sets.
+size_t table_group(const TraceJob &job, uint32_t hash, const GroupPlace &place) {
+  return size_t{hash % static_cast<uint32_t>(job.plan.sets)} * kGroups + static_cast<size_t>(place.group);
+}
 
 // One thread's work on one chunk of rays.
 class Worker {
@@ -96,16 +93,13 @@ public:
   Worker(const TraceJob &job, size_t chunk, const Schedule &schedule, const std::vector<DirectionTable> &tables)
       : job_(job), schedule_(schedule), tables_(tables), code_(choose_code(job.settings.packet_width)),
         trace_(choose_trace(code_, job.settings.packet_width)),
-        pattern_{job.plan.side, static_cast<uint32_t>(chunk), mix(job.plan.seed)} {}
+        pattern_{job.plan.side, footprint_index(job.plan, chunk), mix(job.plan.seed)} {}
 
   void trace_tile(int32_t tile) {
-    const uint32_t hash = hash_of(job_, tile);
-    set_ = set_of(job_, hash);
-    const float turn = 6.28318531F * to_unit(mix(hash, 1U));
-    cos_turn_ = std::cos(turn);
-    sin_turn_ = std::sin(turn);
     for (int group = 0; group < kGroups && !cancelled(job_.control); ++group) {
-      trace_group(tile, group);
+      if (job_.selection.has(tile, group)) {
+        trace_group(tile, group);
+      }
     }
   }
 
@@ -117,6 +111,7 @@ private:
     if (active == 0) {
       return;
     }
+    turn_to(job_.selection.place_of(tile, group));
     code_.interpolate(group_, pattern_.side * pattern_.side, frames_);
     if (job_.cells != nullptr) {
       gather_tangents(tile, group);
@@ -125,6 +120,14 @@ private:
       trace_map(map, tile, group);
     }
     advance(job_.control, static_cast<int64_t>(active) * schedule_.rays * job_.map_count);
+  }
+
+  void turn_to(const GroupPlace &place) {
+    const uint32_t hash = hash_of(job_, place);
+    table_group_ = table_group(job_, hash, place);
+    const float turn = 6.28318531F * to_unit(mix(hash, 1U));
+    cos_turn_ = std::cos(turn);
+    sin_turn_ = std::sin(turn);
   }
 
   void trace_map(int32_t index, int32_t tile, int group) {
@@ -140,7 +143,7 @@ private:
       code_.build_frames(viewer, pattern_.side * pattern_.side, cos_turn_, sin_turn_, frames_);
     }
     const LaneMask active = reflected ? facing(viewer) : group_.active;
-    const size_t first = (set_ * kGroups + static_cast<size_t>(group)) * static_cast<size_t>(schedule_.rays);
+    const size_t first = table_group_ * static_cast<size_t>(schedule_.rays);
     const DirectionTable &table = tables_[static_cast<size_t>(index)];
     const float *weights = table.weights.empty() ? nullptr : table.weights.data() + first * kLanes;
     const bool below = reflected || map.sampler == OB_SAMPLE_SPHERE || map.accumulator == OB_ACCUMULATOR_LIGHT;
@@ -238,7 +241,7 @@ private:
   const PacketCode &code_;
   TraceFunction trace_;
   FootprintPattern pattern_;
-  size_t set_ = 0;
+  size_t table_group_ = 0;
   float cos_turn_ = 1.0F;
   float sin_turn_ = 0.0F;
   int64_t embree_cycles_ = 0;
@@ -247,17 +250,32 @@ private:
   Frames frames_{};
 };
 
+void find_listed_tiles(TraceJob &job) {
+  const TexelSelection &selection = job.selection;
+  const int64_t groups = selection.list != nullptr ? (selection.count + kLanes - 1) / kLanes : selection.count;
+  job.tiles.resize(static_cast<size_t>((groups + kGroups - 1) / kGroups));
+  std::iota(job.tiles.begin(), job.tiles.end(), 0);
+  job.tile_groups.assign(job.tiles.size(), 0);
+  for (int64_t number = 0; number < groups; ++number) {
+    const auto tile = static_cast<int32_t>(number / kGroups);
+    const auto group = static_cast<int>(number % kGroups);
+    int active = 0;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      active += selection.at(tile, group, lane).texel >= 0 ? 1 : 0;
+    }
+    uint8_t &used = job.tile_groups[static_cast<size_t>(tile)];
+    used = static_cast<uint8_t>(used | ((active > 0 ? 1U : 0U) << group));
+    job.texels += active;
+  }
+}
+
 void find_tiles(TraceJob &job) {
   const ob_surface &surface = job.surface;
-  if (job.selection.list != nullptr) {
-    job.texels = job.selection.count;
-    const int64_t tiles = (job.texels + kGroups * kLanes - 1) / (kGroups * kLanes);
-    job.tiles.resize(static_cast<size_t>(tiles));
-    std::iota(job.tiles.begin(), job.tiles.end(), 0);
-    job.tile_groups.assign(job.tiles.size(), (1U << kGroups) - 1U);
+  if (job.selection.list != nullptr || job.selection.blocks != nullptr) {
+    find_listed_tiles(job);
     return;
   }
-  const int32_t tiles_wide = job.selection.tiles_wide;
+  const int32_t tiles_wide = job.selection.tiles_wide();
   const int32_t tiles_high = (surface.height + kTile - 1) / kTile;
   std::vector<uint8_t> used(static_cast<size_t>(tiles_wide) * static_cast<size_t>(tiles_high)); // groups, a bit each
   for (int32_t y = 0; y < surface.height; ++y) {
@@ -282,9 +300,11 @@ void find_tiles(TraceJob &job) {
 std::vector<uint8_t> used_groups(const TraceJob &job) {
   std::vector<uint8_t> used(static_cast<size_t>(job.plan.sets) * kGroups);
   for (size_t i = 0; i < job.tiles.size(); ++i) {
-    const size_t first = set_of(job, hash_of(job, job.tiles[i])) * kGroups;
-    for (size_t group = 0; group < kGroups; ++group) {
-      used[first + group] |= static_cast<uint8_t>((job.tile_groups[i] >> group) & 1U);
+    for (int group = 0; group < kGroups; ++group) {
+      if (((job.tile_groups[i] >> group) & 1U) != 0) {
+        const GroupPlace place = job.selection.place_of(job.tiles[i], group);
+        used[table_group(job, hash_of(job, place), place)] = 1;
+      }
     }
   }
   return used;
@@ -296,11 +316,12 @@ void clear_sums(const TraceJob &job) {
     return;
   }
   const int32_t images = first_image(job.maps, job.map_count);
-  if (job.selection.list != nullptr) {
+  if (job.selection.list != nullptr || job.selection.blocks != nullptr) {
+    const int64_t slots = job.selection.count * (job.selection.list != nullptr ? 1 : kLanes);
     for (int32_t image = 0; image < images; ++image) {
-      std::fill_n(job.sums[image], job.selection.count, 0.0F);
+      std::fill_n(job.sums[image], slots, 0.0F);
       if (job.halves != nullptr && job.halves[image] != nullptr) {
-        std::fill_n(job.halves[image], job.selection.count, 0.0F);
+        std::fill_n(job.halves[image], slots, 0.0F);
       }
     }
     return;
@@ -443,27 +464,59 @@ ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) 
   return settings;
 }
 
-int32_t trace_selection(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
-                        const ob_map *maps, int32_t map_count, const int64_t *texels, int64_t count, float *const *sums,
-                        float *const *halves, ob_control *control) {
+// What is wrong with what all of ob_trace, ob_trace_texels and ob_trace_blocks are given; NULL: nothing.
+const char *validation_error(const ob_scene *scene, const ob_surface *surface, const int64_t *texels, int64_t count,
+                             const ob_trace_settings *settings, const ob_map *maps, int32_t map_count,
+                             float *const *sums) {
   for (const char *wrong :
        {validation_error(scene, surface, texels, count, settings), validation_error(maps, map_count, sums)}) {
     if (wrong != nullptr) {
-      return fail(OB_INVALID, wrong);
+      return wrong;
     }
   }
-  if (const char *wrong = validation_error(maps, map_count, *settings)) {
+  return validation_error(maps, map_count, *settings);
+}
+
+// Texels that are neither listed themselves nor by their blocks: all.
+int32_t trace_selection(ob_scene *scene, const ob_trace_settings &settings, const ob_map *maps, int32_t map_count,
+                        const Plan &plan, const TexelSelection &selection, float *const *sums, float *const *halves,
+                        ob_control *control) {
+  TraceJob job{scene->embree_scene, selection.surface, settings, maps, map_count, sums, halves, control, plan,
+               chunks_of(plan),     selection,         {},       {},   0};
+  return trace(job);
+}
+
+int32_t trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
+                     int32_t map_count, const int64_t *texels, int64_t count, float *const *sums, float *const *halves,
+                     ob_control *control) {
+  if (const char *wrong = validation_error(scene, surface, texels, count, settings, maps, map_count, sums)) {
     return fail(OB_INVALID, wrong);
   }
   const ob_trace_settings chosen = with_width(*settings, *scene);
-  Plan plan = plan_rays(chosen.rays, chosen.seed);
-  if (texels != nullptr) {
-    plan.sets = std::min(plan.sets, kListSets);
+  return trace_selection(scene, chosen, maps, map_count, plan_rays(chosen.rays, chosen.seed),
+                         {*surface, texels, nullptr, count}, sums, halves, control);
+}
+
+int32_t trace_blocks(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
+                     int32_t map_count, const int64_t *blocks, int64_t count, int32_t before, float *const *sums,
+                     float *const *halves, ob_control *control) {
+  if (const char *wrong = validation_error(scene, surface, nullptr, 0, settings, maps, map_count, sums)) {
+    return fail(OB_INVALID, wrong);
   }
-  const TexelSelection selection{*surface, texels, count, (surface->width + kTile - 1) / kTile};
-  TraceJob job{scene->embree_scene, *surface,  chosen, maps, map_count, sums, halves, control, plan,
-               chunks_of(plan),     selection, {},     {},   0};
-  return trace(job);
+  const TexelSelection selection{*surface, nullptr, blocks, count};
+  const int64_t rows = (surface->height + kTile / 2 - 1) / (kTile / 2);
+  if (blocks == nullptr || count < 0 ||
+      !std::all_of(
+          blocks, blocks + count,
+          [&](int64_t block) { return block >= 0 && block < rows * selection.blocks_wide(); })) {
+    return fail(OB_INVALID, "no list of blocks, or one that is not in the image");
+  }
+  if (before < 0 || before > kMostRays - settings->rays) {
+    return fail(OB_INVALID, "rays before and now must be 0 to 1048576 together");
+  }
+  const ob_trace_settings chosen = with_width(*settings, *scene);
+  return trace_selection(scene, chosen, maps, map_count, plan_rays(chosen.rays, chosen.seed, before), selection, sums,
+                         halves, control);
 }
 
 // Rays over the hemisphere about the normal, in frames of the texels' own.
@@ -482,9 +535,8 @@ int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_s
     return fail(OB_INVALID, "cells need a power of two of rays, one a cell at least");
   }
   const ob_trace_settings chosen = with_width(*settings, *scene);
-  Plan plan = plan_rays(chosen.rays, chosen.seed);
-  plan.sets = std::min(plan.sets, kListSets);
-  const TexelSelection selection{*surface, texels, count, 1};
+  const Plan plan = plan_rays(chosen.rays, chosen.seed);
+  const TexelSelection selection{*surface, texels, nullptr, count};
   TraceJob job{scene->embree_scene, *surface,  chosen, &kHemisphere, 1, nullptr,  nullptr, control, plan,
                chunks_of(plan),     selection, {},     {},           0, tangents, cells,   side};
   return trace(job);
@@ -497,9 +549,8 @@ extern "C" {
 
 int32_t ob_trace(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
                  int32_t map_count, float *const *sums, float *const *halves, ob_control *control) {
-  return ob::guarded([&] {
-    return ob::trace_selection(scene, surface, settings, maps, map_count, nullptr, 0, sums, halves, control);
-  });
+  return ob::guarded(
+      [&] { return ob::trace_texels(scene, surface, settings, maps, map_count, nullptr, 0, sums, halves, control); });
 }
 
 int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
@@ -509,7 +560,15 @@ int32_t ob_trace_texels(ob_scene *scene, const ob_surface *surface, const ob_tra
     if (texels == nullptr || count < 0) {
       return ob::fail(OB_INVALID, "ob_trace_texels without a list of texels");
     }
-    return ob::trace_selection(scene, surface, settings, maps, map_count, texels, count, sums, halves, control);
+    return ob::trace_texels(scene, surface, settings, maps, map_count, texels, count, sums, halves, control);
+  });
+}
+
+int32_t ob_trace_blocks(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings,
+                        const ob_map *maps, int32_t map_count, const int64_t *blocks, int64_t count, int32_t before,
+                        float *const *sums, float *const *halves, ob_control *control) {
+  return ob::guarded([&] {
+    return ob::trace_blocks(scene, surface, settings, maps, map_count, blocks, count, before, sums, halves, control);
   });
 }
 

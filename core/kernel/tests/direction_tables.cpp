@@ -26,9 +26,10 @@ struct Filled {
   std::vector<DirectionTable> tables;
 };
 
-static Filled fill(const ob_map &map, int32_t rays, size_t chunk, uint64_t seed = 0, int threads = 1) {
-  Filled filled{ob::plan_rays(rays, seed), {}, {}, {}};
-  filled.plan.sets = 16; // the least of any plan; enough here
+static Filled fill(const ob_map &map, int32_t rays, size_t chunk, uint64_t seed = 0, int threads = 1,
+                   int32_t before = 0) {
+  Filled filled{ob::plan_rays(rays, seed, before), {}, {}, {}};
+  filled.plan.sets = 16; // enough here
   filled.chunk = ob::chunks_of(filled.plan)[chunk];
   ob::fill_tables(filled.plan, filled.chunk, &map, 1, nullptr, 0, threads, filled.schedule, filled.tables, nullptr);
   return filled;
@@ -55,17 +56,36 @@ template <typename Visit> static void each_direction(const Filled &filled, Visit
 }
 
 static void test_chunks_cover_the_rays_and_hold_all_or_one_half() {
-  for (int32_t rays = 1; rays <= 3000; ++rays) {
-    int32_t next = 0;
-    for (const Chunk chunk : ob::chunks_of(ob::plan_rays(rays, 0))) {
-      CHECK_EQUAL(chunk.first, next);
-      CHECK(chunk.count >= 1 && chunk.count <= ob::kChunk);
-      next = chunk.first + chunk.count;
-      CHECK(chunk.count == rays || next <= rays / 2 || chunk.first >= rays / 2);
+  for (const int32_t before : {0, 1, 64, 256, 1024}) {
+    for (int32_t rays = 1; rays <= 3000; ++rays) {
+      const int32_t half = (before + rays) / 2;
+      int32_t next = before;
+      for (const Chunk chunk : ob::chunks_of(ob::plan_rays(rays, 0, before))) {
+        CHECK_EQUAL(chunk.first, next);
+        CHECK(chunk.count >= 1 && chunk.count <= ob::kChunk);
+        next = chunk.first + chunk.count;
+        CHECK(chunk.count == rays || next <= half || chunk.first >= half);
+      }
+      CHECK_EQUAL(next, before + rays);
     }
-    CHECK_EQUAL(next, rays);
   }
   CHECK_EQUAL(ob::chunks_of(ob::plan_rays(ob::kMostRays, 0)).size(), ob::kMostRays / ob::kChunk);
+}
+
+// Rounds that double a texel's rays, or more, begin from footprint points that none before them had.
+static void test_rounds_begin_from_points_of_their_own() {
+  for (const int32_t times : {2, 4, 8, 16}) {
+    std::map<uint32_t, int> used;
+    int32_t before = 0;
+    for (int32_t after = 4; after <= 1 << 16; after *= times) {
+      const Plan plan = ob::plan_rays(after - before, 0, before);
+      for (size_t chunk = 0; chunk < ob::chunks_of(plan).size(); ++chunk) {
+        ++used[ob::footprint_index(plan, chunk)];
+      }
+      before = after;
+    }
+    CHECK(std::all_of(used.begin(), used.end(), [](const auto &each) { return each.second == 1; }));
+  }
 }
 
 static void test_seeds_are_used_whole() {
@@ -90,16 +110,21 @@ static std::pair<double, double> square_of(const Direction &d) {
   return {0.5 * (a + 1.0), 0.5 * (b + 1.0)};
 }
 
-// The cell of a square cut into 2^ceil(bits/2) x 2^floor(bits/2); -1 so close to an edge that float32 cannot tell.
-static int cell_of(const Direction &d, int bits) {
+// The box of a square cut into 2^wide x 2^high; -1 so close to an edge that float32 cannot tell.
+static int box_of(const Direction &d, int wide, int high) {
   const auto [u, v] = square_of(d);
-  const double x = std::ldexp(u, (bits + 1) / 2);
-  const double y = std::ldexp(v, bits / 2);
-  if (std::fabs(x - std::round(x)) < 1e-5 || std::fabs(y - std::round(y)) < 1e-5) {
+  const double x = std::ldexp(u, wide);
+  const double y = std::ldexp(v, high);
+  const auto unclear = [](double at, int bits) {
+    return std::fabs(at - std::round(at)) < 1e-5 + std::ldexp(4e-7, bits);
+  };
+  if (unclear(x, wide) || unclear(y, high)) {
     return -1;
   }
-  return static_cast<int>(x) + (static_cast<int>(y) << ((bits + 1) / 2));
+  return static_cast<int>(x) + (static_cast<int>(y) << wide);
 }
+
+static int cell_of(const Direction &d, int bits) { return box_of(d, (bits + 1) / 2, bits / 2); }
 
 static int bits_for(int32_t count) {
   int bits = 0;
@@ -140,6 +165,32 @@ static void test_one_ray_in_each_cell() {
       CHECK(most_in_a_cell(fill(kCosine, rays, chunk)) <= (chunk == 0 ? 1 : 2));
     }
   }
+}
+
+// The rays of a texel, of aligned two by two, four by four and of the tile together, those of all rounds: each box of
+// equal area that as many would fill holds one, however it is shaped.
+static void check_nets(const std::vector<Filled> &rounds, int bits) {
+  for (int neighbours = 0; neighbours <= 6; neighbours += 2) { // bits of the Morton index
+    for (int wide = 0; wide <= bits + neighbours; ++wide) {
+      std::map<std::pair<size_t, int>, int> count;
+      for (const Filled &filled : rounds) {
+        each_direction(filled, [&](size_t texel, size_t, const Direction &d) {
+          const int box = box_of(d, wide, bits + neighbours - wide);
+          if (box >= 0) {
+            ++count[{texel >> neighbours, box}];
+          }
+        });
+      }
+      CHECK(std::all_of(count.begin(), count.end(), [](const auto &each) { return each.second == 1; }));
+    }
+  }
+}
+
+static void test_neighbours_and_rounds_complete_one_another() {
+  for (const int bits : {0, 1, 2, 4}) {
+    check_nets({fill(kCosine, 1 << bits, 0)}, bits);
+  }
+  check_nets({fill(kCosine, 4, 0), fill(kCosine, 4, 0, 0, 1, 4), fill(kCosine, 24, 0, 0, 1, 8)}, 5);
 }
 
 // Ray k of the sixteen texels of a group goes to the same cell: coherent packets.
@@ -310,7 +361,9 @@ static void test_cancel_leaves_early() {
 
 int main() {
   test_chunks_cover_the_rays_and_hold_all_or_one_half();
+  test_rounds_begin_from_points_of_their_own();
   test_seeds_are_used_whole();
+  test_neighbours_and_rounds_complete_one_another();
   test_one_ray_in_each_cell();
   test_a_group_looks_one_way();
   test_directions_are_unit();

@@ -1,5 +1,6 @@
 // ob_trace, ob_visible and ob_surface_points where the answer is known. Argument 1: the path of an Embree library.
 #include <limits>
+#include <numeric>
 #include <thread>
 
 #include "scenes.h"
@@ -180,6 +181,96 @@ static void test_listed_texels_are_checked(const Device &device) {
   }
   CHECK_EQUAL(ob_trace_texels(scene.get(), &surface, &settings, &kAmbient, 1, nullptr, 1, sums, nullptr, nullptr),
               OB_INVALID);
+}
+
+// Sixteen texels a block, in Morton order.
+static int64_t texel_of_block(const Target &target, int64_t block, int lane) {
+  const int64_t wide = (target.width + 3) / 4;
+  const int64_t x = block % wide * 4 + (lane & 1) + ((lane >> 1) & 2);
+  const int64_t y = block / wide * 4 + ((lane >> 1) & 1) + ((lane >> 2) & 2);
+  const bool inside = x < target.width && y < target.height;
+  return inside && target.owner[static_cast<size_t>(y * target.width + x)] >= 0 ? y * target.width + x : -1;
+}
+
+static void trace_round(const Scene &scene, const Target &target, const std::vector<int64_t> &blocks, int32_t before,
+                        int32_t rays, std::vector<float> &sums, std::vector<float> &halves) {
+  const ob_surface surface = target.surface();
+  const ob_trace_settings settings = settings_of(rays);
+  sums.assign(blocks.size() * 16, 77.0F);
+  halves.assign(blocks.size() * 16, 77.0F);
+  float *sum_rows[] = {sums.data()};
+  float *half_rows[] = {halves.data()};
+  must(ob_trace_blocks(scene.get(), &surface, &settings, &kAmbient, 1, blocks.data(),
+                       static_cast<int64_t>(blocks.size()), before, sum_rows, half_rows, nullptr));
+}
+
+// The first rays of blocks are those of the whole image, whatever others are listed; blocks may lie over its edge.
+static void test_blocks_begin_as_the_whole(const Device &device) {
+  const Target floor = floor_of(2.0F, 13);
+  const Scene scene = scene_of(device, some_scene(floor));
+  const Sums whole = trace(scene, floor, settings_of(64), {kAmbient});
+  std::vector<float> sums;
+  std::vector<float> halves;
+  const std::vector<int64_t> blocks = {15, 0, 3, 6, 9, 12};
+  trace_round(scene, floor, blocks, 0, 64, sums, halves);
+  for (size_t i = 0; i < sums.size(); ++i) {
+    const int64_t texel = texel_of_block(floor, blocks[i / 16], static_cast<int>(i % 16));
+    CHECK_EQUAL(sums[i], texel < 0 ? 0.0F : whole.all[0][static_cast<size_t>(texel)]);
+    CHECK_EQUAL(halves[i], texel < 0 ? 0.0F : whole.halves[0][static_cast<size_t>(texel)]);
+  }
+}
+
+// Two rounds have the error of as many rays at once, a third of what four sets of the first round's have, and the first
+// half of all of them is what the first round was of.
+static void test_rounds_complete_one_another(const Device &device) {
+  const Target floor = floor_of(2.0F, 32);
+  const Scene scene = scene_of(device, some_scene(floor));
+  const Sums exact = trace(scene, floor, settings_of(8192), {kAmbient});
+  std::vector<int64_t> blocks(64);
+  std::iota(blocks.begin(), blocks.end(), 0);
+  std::vector<float> first;
+  std::vector<float> second;
+  std::vector<float> half;
+  trace_round(scene, floor, blocks, 0, 64, first, half);
+  trace_round(scene, floor, blocks, 64, 192, second, half);
+  const Sums at_once = trace(scene, floor, settings_of(256), {kAmbient});
+  double rounds = 0.0;
+  double once = 0.0;
+  double alone = 0.0;
+  for (size_t i = 0; i < first.size(); ++i) {
+    const auto texel = static_cast<size_t>(texel_of_block(floor, blocks[i / 16], static_cast<int>(i % 16)));
+    const double truth = static_cast<double>(exact.all[0][texel]) / 8192.0;
+    rounds += std::pow(static_cast<double>(first[i] + second[i]) / 256.0 - truth, 2);
+    once += std::pow(static_cast<double>(at_once.all[0][texel]) / 256.0 - truth, 2);
+    alone += std::pow(static_cast<double>(first[i]) / 64.0 - truth, 2);
+    CHECK(half[i] >= 0.0F && half[i] <= 64.0F);
+  }
+  CHECK(once > 0.0 && rounds < 1.2 * once && rounds > once / 1.2);
+  CHECK(rounds < alone / 4.0 / 1.5); // four independent rounds would leave a quarter
+}
+
+static void test_blocks_are_checked(const Device &device) {
+  const Target floor = floor_of(2.0F, 13);
+  const Scene scene = scene_of(device, some_scene(floor));
+  const ob_surface surface = floor.surface();
+  const ob_trace_settings settings = settings_of(4);
+  float row[16] = {};
+  float *sums[] = {row};
+  const auto traced = [&](const int64_t *block, int64_t count, int32_t before) {
+    return ob_trace_blocks(scene.get(), &surface, &settings, &kAmbient, 1, block, count, before, sums, nullptr,
+                           nullptr);
+  };
+  const int64_t good = 15;
+  CHECK_EQUAL(traced(&good, 1, 0), OB_OK);
+  CHECK_EQUAL(traced(&good, 1, (1 << 20) - 4), OB_OK);
+  for (const int64_t block : {int64_t{-1}, int64_t{16}, INT64_MAX}) {
+    CHECK_EQUAL(traced(&block, 1, 0), OB_INVALID);
+  }
+  for (const int32_t before : {-1, (1 << 20) - 3, INT32_MAX}) {
+    CHECK_EQUAL(traced(&good, 1, before), OB_INVALID);
+  }
+  CHECK_EQUAL(traced(nullptr, 1, 0), OB_INVALID);
+  CHECK_EQUAL(traced(&good, -1, 0), OB_INVALID);
 }
 
 // Under a wide ceiling at height h, rays of length d stop short of it where cos < h / d: a share of (h / d)^2.
@@ -490,6 +581,9 @@ int main(int argc, char **argv) {
   test_halves_are_those_of_so_many_rays(device);
   test_halves_may_be_left_out(device);
   test_listed_texels(device);
+  test_blocks_begin_as_the_whole(device);
+  test_rounds_complete_one_another(device);
+  test_blocks_are_checked(device);
   test_listed_texels_are_checked(device);
   test_distance(device);
   test_wall(device);

@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 from occlusion_bake.core.base.errors import InputError
+from occlusion_bake.core.rays.accumulators import Accumulator
 from occlusion_bake.core.rays.embree import open_device
 from occlusion_bake.core.rays.map_spec import AO, Axis, MapSpec, Sampler, reflection, sampled
 from occlusion_bake.core.rays.ray_options import RayOptions
 from occlusion_bake.core.rays.texel_surface import TexelSurface
 from occlusion_bake.core.rays.trace_scene import Geometry, TraceScene
-from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace, trace_texels
+from occlusion_bake.core.rays.tracer import Sums, TraceOptions, trace, trace_blocks, trace_texels
 from occlusion_bake.core.scene.scene import Camera, Instance
 from occlusion_bake.core.scene.world_mesh import WorldMesh, world_mesh
+from occlusion_bake.core.solve.blocks import block_sums, texels_in
 from occlusion_bake.core.texels.rasterize import owners_by_centre, rasterize
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.bakes import assert_mean
@@ -302,6 +304,33 @@ def test_a_smooth_normal_tilts_the_hemisphere_and_no_more() -> None:
     assert min(below) > 0.9  # (1 + cos 30°) / 2 = 0.933 where a ray below met its own sheet
     closed = built(sheet, world_mesh(Instance("floor", shapes.plane(64.0, -1e-3), np.eye(4)), ORIGIN))
     assert_mean([values(closed, seed).mean() for seed in range(16)], (1 + np.sqrt(0.75)) / 2)
+
+
+def test_blocks_go_on_where_a_round_of_all_ended(stage: Stage) -> None:
+    """Of each map: their first rays are those of all texels, and later ones bring the noise of as many at once."""
+    specs = (AO, MapSpec("bent", Sampler.LOBE, accumulator=Accumulator.BENT))
+    owner = stage.surface.owner
+    blocks = np.flatnonzero(block_sums(owner >= 0) > 0)
+    texels, there = texels_in(blocks, owner >= 0)
+
+    def listed(images: np.ndarray) -> np.ndarray:
+        return images.reshape(len(images), -1)[:, texels[there]]
+
+    def of_blocks(before: int, count: int) -> np.ndarray:
+        sums = trace_blocks(stage.scene, stage.surface, blocks, before, specs, TraceOptions(count)).all
+        assert np.all(sums[:, ~there] == 0.0)
+        return sums[:, there]
+
+    whole = {count: listed(trace(stage.scene, stage.surface, specs, TraceOptions(count)).all) for count in (16, 64)}
+    exact = listed(trace(stage.scene, stage.surface, specs, TraceOptions(8192)).all) / 8192
+    first = of_blocks(0, 16)
+    assert_array_equal(first, whole[16])
+    off, at_once, alone = (
+        np.sqrt(np.mean((sums / count - exact) ** 2, axis=1))
+        for sums, count in ((first + of_blocks(16, 48), 64), (whole[64], 64), (first, 16))
+    )
+    assert np.all(off < 1.15 * at_once) and np.all(at_once < 1.15 * off)
+    assert np.all(off < 0.43 * alone)  # of four rounds that know nothing of one another: a half
 
 
 @pytest.mark.parametrize("count", [4, 16])

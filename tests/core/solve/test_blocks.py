@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
-from occlusion_bake.core.solve.blocks import BLOCK, block_sums, grown, largest, lists_of, texels_of
+from occlusion_bake.core.solve.blocks import (
+    BLOCK,
+    block_of,
+    block_sums,
+    grown,
+    largest,
+    lists_of,
+    texels_in,
+    texels_of,
+)
 
 
 @pytest.mark.parametrize("shape", [(8, 12), (7, 9), (1, 3)])
@@ -16,7 +25,10 @@ def test_lists_have_each_covered_texel_of_the_marked_blocks_once(shape: tuple[in
     marked = blocks.repeat(BLOCK, axis=0).repeat(BLOCK, axis=1)[: shape[0], : shape[1]]
     texels = texels_of(blocks, covered)
     assert_array_equal(np.sort(texels), np.flatnonzero(marked & covered))
-    assert_array_equal(np.concatenate([np.zeros(0, np.int64), *lists_of(blocks, covered)]), texels)
+    listed = np.concatenate([np.zeros(0, np.int64), *lists_of(blocks)])
+    among, there = texels_in(listed, covered)
+    assert_array_equal(among[there], texels)
+    assert_array_equal(block_of(among[there], shape), np.repeat(listed, there.sum(axis=1)))
 
 
 def test_a_blocks_texels_stand_together_two_by_two() -> None:

@@ -1,0 +1,100 @@
+"""Which blocks of texels get how many more rays, so that a wanted error is reached with the fewest."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.arrays import Doubles, Flags
+
+MOST_RAYS = 1 << 16  # of a texel
+_TIMES = np.array([1, 2, 4, 8, 16])  # as many rays as before a block may have after a round: nets have powers of two
+_STEPS = 40  # of the bisection
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """What is known of each block of texels; all of one shape. squares: float64, its texels' squared errors, summed.
+    texels: float64, how many are covered. rays: int, what each of them has so far, a power of two. traced: bool,
+    whether those are its own; else what is told of it is as good as so many, and goes when it has its own."""
+
+    squares: Doubles
+    texels: Doubles
+    rays: NDArray[np.int_]
+    traced: Flags
+
+
+@dataclass(frozen=True)
+class Budget:
+    """wanted: the squared errors that may be left, summed over the texels. affordable: rays that may be added. rate:
+    squared errors fall as the rays to the power of -rate."""
+
+    wanted: float
+    affordable: float
+    rate: float
+
+    @property
+    def left(self) -> Doubles:
+        """Of a squared error after each growth."""
+        left: Doubles = _TIMES.astype(np.float64) ** -self.rate
+        return left
+
+
+def rays_after(blocks: Blocks, budget: Budget) -> NDArray[np.int_]:
+    """Of each texel of each block the rays that it should have, its own; what it has where more do not pay.
+
+    For a price of a ray each block takes the growth that costs least, rays and error together; the price is found by
+    bisection, and goes no lower than the rays that may be added can pay for.
+    """
+    ladders = [_Ladder(blocks, traced, budget) for traced in (True, False)]
+    high = max(each.most for each in ladders)
+    goal = np.where(blocks.traced, blocks.rays, 0)
+    if not high > 0.0:
+        return goal
+
+    def outcome(price: float) -> tuple[float, float]:
+        left, added = np.sum([each.at(price) for each in ladders], axis=0)
+        return left, added
+
+    low = high * 1e-9
+    for _ in range(_STEPS):
+        price = math.sqrt(low * high)
+        left, added = outcome(price)
+        low, high = (price, high) if left <= budget.wanted or added > budget.affordable else (low, price)
+    price = low if outcome(low)[1] <= budget.affordable else high
+    for each in ladders:
+        each.take(price, goal)
+    return goal
+
+
+class _Ladder:
+    """Blocks that are traced, or those that are not, in order of their worth: of those with one growth each sum is a
+    difference of two running ones. most: the highest worth."""
+
+    def __init__(self, blocks: Blocks, traced: bool, budget: Budget) -> None:
+        self._where = blocks.traced == traced
+        self._left, self._cost = budget.left, (_TIMES - int(traced)) * (_TIMES > 1)
+        # The worths, in prices, from which on each growth beats the one before; they rise.
+        self._steps = np.diff(self._cost) / -np.diff(self._left)
+        self._rays = blocks.rays[self._where]
+        squares, rays = blocks.squares[self._where], self._rays * blocks.texels[self._where]
+        self._worth = squares / np.maximum(rays, 1.0)
+        self.most = float(self._worth.max(initial=0.0))
+        order = np.argsort(self._worth)
+        self._sorted = self._worth[order]
+        self._squares_to, self._rays_to = (np.concatenate([[0.0], np.cumsum(each[order])]) for each in (squares, rays))
+
+    def at(self, price: float) -> tuple[float, float]:
+        """The squared errors that are left and the rays that are added at a price."""
+        ends = [0, *np.searchsorted(self._sorted, self._steps * price, side="right"), len(self._sorted)]
+        squares, rays = (np.diff(each[ends]) for each in (self._squares_to, self._rays_to))
+        return float(squares @ self._left), float(rays @ self._cost)
+
+    def take(self, price: float, goal: NDArray[np.int_]) -> None:
+        """Write into it what the blocks that grow at a price should have."""
+        times = _TIMES[np.searchsorted(self._steps, self._worth / price)]
+        after = np.minimum(times * self._rays, np.maximum(MOST_RAYS, self._rays))
+        goal[self._where] = np.where(times > 1, after, goal[self._where])
