@@ -126,8 +126,8 @@ def trace_blocks(
     that each texel has by its place and the seed, and of which `trace` takes the first ones. Rounds that go on where
     others ended complete them.
 
-    The sums are (M, len(blocks), 16), texels in Morton order, 0 where there is no owner; the first half is that of
-    before + count rays. Raises as `trace`.
+    The sums are (M, len(blocks), 16), texels in Morton order, 0 where there is no owner; those of the first half are
+    over what of these rays is of the first half of before + count. Raises as `trace`.
     """
     sums, first_half = (np.zeros((count_images(specs), len(blocks), BLOCK**2), dtype=np.float32) for _ in range(2))
     described = surface.described()

@@ -109,10 +109,11 @@ class AdaptiveSampler:
             self._traced, self._part = self._traced | more, None
 
     def _trace_listed(self, blocks: Longs, before: int, after: int) -> None:
+        total, first = self._source.trace(blocks, before, after - before)
         texels, there = texels_in(blocks, self.covered)
-        total, first = (each[:, there] for each in self._source.trace(blocks, before, after - before))
+        there &= total[0] >= 0.0  # some may face away this time
         for estimate, *row in zip(self._estimates, total, first, strict=True):
-            estimate.go_on(row[0], row[1], before, after, texels[there], seen=total[0] >= 0.0)
+            estimate.go_on(row[0][there], row[1][there], before, after, texels[there])
 
     def go_on(self, probed: Probes, error: Error) -> bool:
         """A further round, where it lowers the error most. Returns whether there was anything left to do."""

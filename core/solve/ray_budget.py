@@ -49,15 +49,17 @@ def rays_after(blocks: Blocks, budget: Budget) -> NDArray[np.int_]:
     For a price of a ray each block takes the growth that costs least, rays and error together; the price is found by
     bisection, and goes no lower than the rays that may be added can pay for.
     """
-    ladders = [_Ladder(blocks, traced, budget) for traced in (True, False)]
+    growing = blocks.rays < MOST_RAYS
+    ladders = [_Ladder(blocks, growing & (blocks.traced == traced), traced, budget) for traced in (True, False)]
     high = max(each.most for each in ladders)
     goal = np.where(blocks.traced, blocks.rays, 0)
     if not high > 0.0:
         return goal
+    rest = float(blocks.squares.sum(where=~growing))
 
     def outcome(price: float) -> tuple[float, float]:
         left, added = np.sum([each.at(price) for each in ladders], axis=0)
-        return left, added
+        return rest + left, added
 
     low = high * 1e-9
     for _ in range(_STEPS):
@@ -71,11 +73,11 @@ def rays_after(blocks: Blocks, budget: Budget) -> NDArray[np.int_]:
 
 
 class _Ladder:
-    """Blocks that are traced, or those that are not, in order of their worth: of those with one growth each sum is a
+    """Blocks that are traced, or that are not, in order of their worth: of those with one growth each sum is a
     difference of two running ones. most: the highest worth."""
 
-    def __init__(self, blocks: Blocks, traced: bool, budget: Budget) -> None:
-        self._where = blocks.traced == traced
+    def __init__(self, blocks: Blocks, where: Flags, traced: bool, budget: Budget) -> None:
+        self._where = where
         self._left, self._cost = budget.left, (_TIMES - int(traced)) * (_TIMES > 1)
         # The worths, in prices, from which on each growth beats the one before; they rise.
         self._steps = np.diff(self._cost) / -np.diff(self._left)
@@ -96,5 +98,4 @@ class _Ladder:
     def take(self, price: float, goal: NDArray[np.int_]) -> None:
         """Write into it what the blocks that grow at a price should have."""
         times = _TIMES[np.searchsorted(self._steps, self._worth / price)]
-        after = np.minimum(times * self._rays, np.maximum(MOST_RAYS, self._rays))
-        goal[self._where] = np.where(times > 1, after, goal[self._where])
+        goal[self._where] = np.where(times > 1, np.minimum(times * self._rays, MOST_RAYS), goal[self._where])

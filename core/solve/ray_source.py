@@ -27,7 +27,7 @@ class RaySource(Protocol):
     def trace(self, blocks: Longs, before: int, rays: int) -> tuple[Floats, Floats]:
         """Trace so many rays of the texels of N blocks (blocks.py), after `before` of the sequences that they have: the
         map's rows times the rays (accumulators.py), over all, and over those of the first half of before + rays. Both
-        are (R, N, 16) float32, 0 where there is no texel; -1 where one faces away."""
+        are (R, N, 16) float32, anything where there is no texel; -1 where one faces away."""
 
     def probe(self, texels: Longs, rays: int) -> Floats:
         """Trace so many rays of listed texels, others at each call: sums, (images, N) float32."""

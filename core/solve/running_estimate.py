@@ -57,16 +57,12 @@ class RunningEstimate:
         np.copyto(self.noise, noise, where=where)
         np.copyto(self.precision, np.float32(1.0), where=where)
 
-    def go_on(self, total: Floats, first_half: Floats, before: int, after: int, texels: Longs, *, seen: Flags) -> None:
+    def go_on(self, total: Floats, first_half: Floats, before: int, after: int, texels: Longs) -> None:
         """Take in a round that goes on in the sequences of some texels, y · W + x, from `before` rays to `after`, twice
         as many at least: sums over each one's rays, (N,), and over those of them that are of the first half of `after`.
-        seen: (N,) bool, others faced away this time: as much again as is known stands in."""
+        What faces away in a round has none: at the next the mean that it had stands in."""
         value, precision, noise = (image.reshape(-1) for image in (self.value, self.precision, self.noise))
-        known = value[texels]
-        if not seen.all():
-            total = np.where(seen, total, known * np.float32(after - before))
-            first_half = np.where(seen, first_half, known * np.float32(after // 2 - before))
-        so_far = known * np.float32(before)
+        so_far = value[texels] * np.float32(before)
         share = np.float32((after / self.unit) ** _RATE)
         value[texels] = (so_far + total) * np.float32(1.0 / after)
         noise[texels] = _noise(so_far + total, so_far + first_half, after) * share

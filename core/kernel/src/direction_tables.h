@@ -1,17 +1,17 @@
 // The directions of a bake, made once and shared by all tiles.
 //
-// A tile of 8 x 8 texels shares one scrambled Sobol sequence, of which each texel takes every 64th point, so that its
+// A tile of 8 x 8 texels shares one scrambled Sobol sequence, of 64 points of which each texel takes one, so that its
 // rays complete one another and those of its neighbours, in every round (the first is after Ahmed & Wonka 2020). Which
 // points are whose is told by their indices as polynomials over GF(2), bit k for x^k: the texel at Morton digits a, b,
 // c (within two by two texels, within four by four, within the tile) takes i p^3 + a p^2 + b p + c for its ray i, where
 // p = x^2 + x + 1. In its first two dimensions a point lies in a box of 2^-q x 2^-r by its index modulo x^q and
 // (x + 1)^r. Neither has a factor in common with p, so that the first 2^(q + r) multiples of p^3, or of p^2, p and 1,
-// which are the rays of a texel, of two by two, of four by four and of the tile, lie in each of the boxes once (Chinese
-// remainder theorem): they are nets, at every power of two of rays.
+// lie in each of the boxes once (Chinese remainder theorem), and once they do with a constant added, too. These are the
+// rays of a texel, of two by two, of four by four and of the tile: nets, at every power of two of rays.
 //
 // Each texel's points are sorted by the cell of the unit square that they lie in, so that ray k of the sixteen texels
-// of a group points to the same cell. Which of several sets a tile takes, and by how much it is turned about the axis,
-// a hash of its place decides.
+// of a group points to the same cell, or of some rounds to one close by. Which of several sets a tile takes, and by how
+// much it is turned about the axis, a hash of its place decides.
 #pragma once
 
 #include <cstdint>

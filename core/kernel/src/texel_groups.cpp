@@ -261,11 +261,14 @@ private:
   TriangleWeights weights_;
 };
 
+// Of all groups, tile by tile.
+int64_t number_of(int32_t tile, int group) { return static_cast<int64_t>(tile) * kGroups + group; }
+
 } // namespace
 
 TexelSelection::Entry TexelSelection::at(int32_t tile, int group, int lane) const {
   if (list != nullptr) {
-    const int64_t slot = (static_cast<int64_t>(tile) * kGroups + group) * kLanes + lane;
+    const int64_t slot = number_of(tile, group) * kLanes + lane;
     return slot < count ? Entry{list[slot], slot} : Entry{-1, -1};
   }
   if (!has(tile, group)) {
@@ -280,11 +283,11 @@ TexelSelection::Entry TexelSelection::at(int32_t tile, int group, int lane) cons
   if (surface.owner[index] < 0) {
     return {-1, -1};
   }
-  return {index, blocks == nullptr ? index : (static_cast<int64_t>(tile) * kGroups + group) * kLanes + lane};
+  return {index, blocks == nullptr ? index : number_of(tile, group) * kLanes + lane};
 }
 
 bool TexelSelection::has(int32_t tile, int group) const {
-  const int64_t number = static_cast<int64_t>(tile) * kGroups + group;
+  const int64_t number = number_of(tile, group);
   return list != nullptr ? number * kLanes < count : (blocks == nullptr || number < count);
 }
 
@@ -295,7 +298,7 @@ GroupPlace TexelSelection::place_of(int32_t tile, int group) const {
   if (blocks == nullptr) {
     return {tile % tiles_wide(), tile / tiles_wide(), group};
   }
-  const int64_t block = blocks[static_cast<int64_t>(tile) * kGroups + group];
+  const int64_t block = blocks[number_of(tile, group)];
   const auto x = static_cast<int32_t>(block % blocks_wide());
   const auto y = static_cast<int32_t>(block / blocks_wide());
   return {x / 2, y / 2, x % 2 + 2 * (y % 2)};
@@ -471,9 +474,26 @@ const char *validation_error_of_listed(const ob_surface &surface, const int64_t 
   return nullptr;
 }
 
-} // namespace
+const char *validation_error_of_blocks(const ob_surface &surface, const int64_t *blocks, int64_t count) {
+  const TexelSelection selection{surface, nullptr, blocks, count};
+  const int64_t end = selection.blocks_wide() * ((surface.height + kTile / 2 - 1) / (kTile / 2));
+  for (int64_t number = 0; number < count; ++number) {
+    if (blocks[number] < 0 || blocks[number] >= end) {
+      return "a listed block lies outside the image";
+    }
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const int64_t texel =
+          selection.at(static_cast<int32_t>(number / kGroups), static_cast<int>(number % kGroups), lane).texel;
+      const int32_t owner = texel >= 0 ? surface.owner[texel] : -1;
+      if (owner >= 0 && (owner >= surface.triangle_count || !triangle_exists(surface, owner))) {
+        return "the owner of a listed block's texel, or a vertex of that, does not exist";
+      }
+    }
+  }
+  return nullptr;
+}
 
-const char *surface_validation_error(const ob_surface *surface, const int64_t *texels, int64_t count) {
+const char *validation_error_of_fields(const ob_surface *surface) {
   if (surface == nullptr || surface->vertices == nullptr || surface->triangles == nullptr || surface->uv == nullptr ||
       surface->owner == nullptr || surface->width < 1 || surface->height < 1) {
     return "a surface without vertices, triangles, UVs, owners or size";
@@ -482,7 +502,23 @@ const char *surface_validation_error(const ob_surface *surface, const int64_t *t
       surface->height > 65536) {
     return "a surface of less than no triangles, of more than 2^31, or of more than 65536 texels in a row or column";
   }
+  return nullptr;
+}
+
+} // namespace
+
+const char *surface_validation_error(const ob_surface *surface, const int64_t *texels, int64_t count) {
+  if (const char *wrong = validation_error_of_fields(surface)) {
+    return wrong;
+  }
   return texels == nullptr ? validation_error_of_all(*surface) : validation_error_of_listed(*surface, texels, count);
+}
+
+const char *blocks_validation_error(const ob_surface *surface, const int64_t *blocks, int64_t count) {
+  if (const char *wrong = validation_error_of_fields(surface)) {
+    return wrong;
+  }
+  return blocks == nullptr || count < 0 ? "no list of blocks" : validation_error_of_blocks(*surface, blocks, count);
 }
 
 } // namespace ob

@@ -21,18 +21,18 @@ inline uint32_t group_of(Texel texel) {
   return half(texel.x) | (half(texel.y) << 1);
 }
 
-// A quarter of a tile: where in the image, or of those of a list, which are in one row above it.
+// A quarter of a tile of the image, or of a list's, which are in one row above it.
 struct GroupPlace {
   int32_t tile_x, tile_y;
   int group;
 };
 
-// The texels that a bake takes: all that are owned, tile by tile, those of a list, 64 to a tile, in its order, or those
-// of listed blocks, quarters of the image's tiles, four to a tile.
+// The texels that a bake takes: those of a list, 64 to a tile, in its order; or those of listed blocks, quarters of the
+// image's tiles, four to a tile; or, where neither is there, all that are owned, tile by tile.
 struct TexelSelection {
   const ob_surface &surface;
-  const int64_t *list;   // NULL: none
-  const int64_t *blocks; // row * blocks_wide() + column; NULL: none
+  const int64_t *list;
+  const int64_t *blocks; // row * blocks_wide() + column
   int64_t count;         // of either
 
   // Index of a lane's texel (y * width + x), and where its sums go; -1: none there.
@@ -71,5 +71,8 @@ float texel_spacing(const TexelGroup &group, const ob_surface &surface, int64_t 
 // What is wrong with a surface that a caller gave, at the listed texels or, where there is no list, at all; NULL:
 // nothing.
 const char *surface_validation_error(const ob_surface *surface, const int64_t *texels = nullptr, int64_t count = 0);
+
+// The same at the texels of listed blocks.
+const char *blocks_validation_error(const ob_surface *surface, const int64_t *blocks, int64_t count);
 
 } // namespace ob

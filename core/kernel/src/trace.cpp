@@ -448,13 +448,11 @@ const char *validation_error(const ob_map *maps, int32_t map_count, const ob_tra
 }
 
 // What no tracing can do without.
-const char *validation_error(const ob_scene *scene, const ob_surface *surface, const int64_t *texels, int64_t count,
-                             const ob_trace_settings *settings) {
+const char *validation_error(const ob_scene *scene, const ob_trace_settings *settings, const char *wrong_surface) {
   if (scene == nullptr || !scene->committed || settings == nullptr) {
     return "tracing without a built scene or settings";
   }
-  const char *wrong = surface_validation_error(surface, texels, count);
-  return wrong != nullptr ? wrong : validation_error(*settings);
+  return wrong_surface != nullptr ? wrong_surface : validation_error(*settings);
 }
 
 ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) {
@@ -465,11 +463,10 @@ ob_trace_settings with_width(ob_trace_settings settings, const ob_scene &scene) 
 }
 
 // What is wrong with what all of ob_trace, ob_trace_texels and ob_trace_blocks are given; NULL: nothing.
-const char *validation_error(const ob_scene *scene, const ob_surface *surface, const int64_t *texels, int64_t count,
-                             const ob_trace_settings *settings, const ob_map *maps, int32_t map_count,
-                             float *const *sums) {
+const char *validation_error(const ob_scene *scene, const ob_trace_settings *settings, const char *wrong_surface,
+                             const ob_map *maps, int32_t map_count, float *const *sums) {
   for (const char *wrong :
-       {validation_error(scene, surface, texels, count, settings), validation_error(maps, map_count, sums)}) {
+       {validation_error(scene, settings, wrong_surface), validation_error(maps, map_count, sums)}) {
     if (wrong != nullptr) {
       return wrong;
     }
@@ -477,7 +474,6 @@ const char *validation_error(const ob_scene *scene, const ob_surface *surface, c
   return validation_error(maps, map_count, *settings);
 }
 
-// Texels that are neither listed themselves nor by their blocks: all.
 int32_t trace_selection(ob_scene *scene, const ob_trace_settings &settings, const ob_map *maps, int32_t map_count,
                         const Plan &plan, const TexelSelection &selection, float *const *sums, float *const *halves,
                         ob_control *control) {
@@ -486,10 +482,12 @@ int32_t trace_selection(ob_scene *scene, const ob_trace_settings &settings, cons
   return trace(job);
 }
 
+// texels: NULL: all.
 int32_t trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
                      int32_t map_count, const int64_t *texels, int64_t count, float *const *sums, float *const *halves,
                      ob_control *control) {
-  if (const char *wrong = validation_error(scene, surface, texels, count, settings, maps, map_count, sums)) {
+  const char *wrong_surface = surface_validation_error(surface, texels, count);
+  if (const char *wrong = validation_error(scene, settings, wrong_surface, maps, map_count, sums)) {
     return fail(OB_INVALID, wrong);
   }
   const ob_trace_settings chosen = with_width(*settings, *scene);
@@ -500,23 +498,16 @@ int32_t trace_texels(ob_scene *scene, const ob_surface *surface, const ob_trace_
 int32_t trace_blocks(ob_scene *scene, const ob_surface *surface, const ob_trace_settings *settings, const ob_map *maps,
                      int32_t map_count, const int64_t *blocks, int64_t count, int32_t before, float *const *sums,
                      float *const *halves, ob_control *control) {
-  if (const char *wrong = validation_error(scene, surface, nullptr, 0, settings, maps, map_count, sums)) {
+  const char *wrong_surface = blocks_validation_error(surface, blocks, count);
+  if (const char *wrong = validation_error(scene, settings, wrong_surface, maps, map_count, sums)) {
     return fail(OB_INVALID, wrong);
-  }
-  const TexelSelection selection{*surface, nullptr, blocks, count};
-  const int64_t rows = (surface->height + kTile / 2 - 1) / (kTile / 2);
-  if (blocks == nullptr || count < 0 ||
-      !std::all_of(
-          blocks, blocks + count,
-          [&](int64_t block) { return block >= 0 && block < rows * selection.blocks_wide(); })) {
-    return fail(OB_INVALID, "no list of blocks, or one that is not in the image");
   }
   if (before < 0 || before > kMostRays - settings->rays) {
     return fail(OB_INVALID, "rays before and now must be 0 to 1048576 together");
   }
   const ob_trace_settings chosen = with_width(*settings, *scene);
-  return trace_selection(scene, chosen, maps, map_count, plan_rays(chosen.rays, chosen.seed, before), selection, sums,
-                         halves, control);
+  return trace_selection(scene, chosen, maps, map_count, plan_rays(chosen.rays, chosen.seed, before),
+                         {*surface, nullptr, blocks, count}, sums, halves, control);
 }
 
 // Rays over the hemisphere about the normal, in frames of the texels' own.
@@ -528,7 +519,8 @@ int32_t trace_cells(ob_scene *scene, const ob_surface *surface, const ob_trace_s
   if (texels == nullptr || count < 0 || tangents == nullptr || cells == nullptr || (side != 8 && side != 16)) {
     return fail(OB_INVALID, "cells without texels, tangents or a place, or of a side other than 8 or 16");
   }
-  if (const char *wrong = validation_error(scene, surface, texels, count, settings)) {
+  const char *wrong_surface = surface_validation_error(surface, texels, count);
+  if (const char *wrong = validation_error(scene, settings, wrong_surface)) {
     return fail(OB_INVALID, wrong);
   }
   if (settings->rays < side * side || (settings->rays & (settings->rays - 1)) != 0) {

@@ -170,6 +170,7 @@ static void test_one_ray_in_each_cell() {
 // The rays of a texel, of aligned two by two, four by four and of the tile together, those of all rounds: each box of
 // equal area that as many would fill holds one, however it is shaped.
 static void check_nets(const std::vector<Filled> &rounds, int bits) {
+  const size_t all = static_cast<size_t>(rounds[0].plan.sets) * ob::kGroups * kLanes << bits;
   for (int neighbours = 0; neighbours <= 6; neighbours += 2) { // bits of the Morton index
     for (int wide = 0; wide <= bits + neighbours; ++wide) {
       std::map<std::pair<size_t, int>, int> count;
@@ -182,6 +183,7 @@ static void check_nets(const std::vector<Filled> &rounds, int bits) {
         });
       }
       CHECK(std::all_of(count.begin(), count.end(), [](const auto &each) { return each.second == 1; }));
+      CHECK(count.size() > all - all / 100); // the others lie too close to an edge
     }
   }
 }
@@ -310,12 +312,12 @@ static void test_footprint_points_are_in_the_grid_and_all_used() {
   }
 }
 
-static void test_each_lane_has_its_halves() {
+static void check_halves(int32_t before) {
   for (const int32_t rays : {1, 2, 3, 100, 256, 300, 512}) {
-    for (size_t chunk = 0; chunk < ob::chunks_of(ob::plan_rays(rays, 0)).size(); ++chunk) {
-      const Filled filled = fill(kCosine, rays, chunk);
+    for (size_t chunk = 0; chunk < ob::chunks_of(ob::plan_rays(rays, 0, before)).size(); ++chunk) {
+      const Filled filled = fill(kCosine, rays, chunk, 0, 1, before);
       const auto count = static_cast<size_t>(filled.chunk.count);
-      const int expected = std::max(0, std::min(rays / 2 - filled.chunk.first, filled.chunk.count));
+      const int expected = std::max(0, std::min((before + rays) / 2 - filled.chunk.first, filled.chunk.count));
       for (size_t group = 0; group < filled.schedule.first_half.size() / count; ++group) {
         int first[kLanes] = {};
         for (size_t i = 0; i < count * kLanes; ++i) {
@@ -324,6 +326,12 @@ static void test_each_lane_has_its_halves() {
         CHECK(std::all_of(first, first + kLanes, [&](int n) { return n == expected; }));
       }
     }
+  }
+}
+
+static void test_each_lane_has_its_halves() {
+  for (const int32_t before : {0, 4, 64, 256}) {
+    check_halves(before);
   }
 }
 

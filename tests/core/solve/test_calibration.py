@@ -53,10 +53,28 @@ def test_below_what_the_probes_saw_there_may_be_as_much_as_in_the_least_of_it() 
     expected = np.array([0.0, 1.0, 2.0])
     of = np.repeat([1, 2], 512)
     told = calibrated(expected, of, np.full(1024, 3.0), np.ones(1024))
-    assert told[0] == pytest.approx(3.0) and np.all(told > 0.0)
+    assert told == pytest.approx([3.0, 3.0, 3.0])
 
 
-def test_where_nothing_is_expected_or_probed_nothing_is_told() -> None:
+def test_where_nothing_is_expected_the_probes_there_tell() -> None:
+    expected = np.array([0.0, 0.0, 1.0])
+    of = np.repeat([0, 2], 512)
+    for there in (0.0, 0.5):
+        told = calibrated(expected, of, np.repeat([there, 4.0], 512), np.ones(1024))
+        assert told == pytest.approx([there, there, 4.0])
+
+
+@pytest.mark.parametrize("count", [300, 4096])
+@pytest.mark.parametrize("power", [0.3, 1.0, 2.0])
+def test_all_together_comes_to_what_is_measured(power: float, count: int) -> None:
+    rng = np.random.default_rng(4)
+    expected = np.exp(rng.normal(0.0, 2.0, BLOCKS))
+    of, weight = rng.integers(0, expected.size, count), rng.uniform(0.5, 2.0, count)
+    squares = expected.reshape(-1)[of] ** power * rng.chisquare(1, count)
+    told = calibrated(expected, of, squares, weight)
+    assert weight @ told.reshape(-1)[of] == pytest.approx(weight @ squares)
+
+
+def test_without_probes_what_is_expected_is_told() -> None:
     none = np.zeros(0, dtype=np.int64)
     assert_array_equal(calibrated(np.ones(3), none, np.zeros(0), np.zeros(0)), np.ones(3))
-    assert_array_equal(calibrated(np.zeros(3), np.array([0, 1]), np.ones(2), np.ones(2)), np.zeros(3))

@@ -35,9 +35,8 @@ def test_rounds_come_to_what_as_many_rays_at_once_do(rounds: tuple[int, ...]) ->
     rays = rays_of(rounds[-1])
     at_once = begun(rays, rounds[-1], rounds[-1])
     estimate = begun(rays, rounds[0], rounds[0])
-    everything, seen = np.arange(TEXELS), np.ones(TEXELS, dtype=bool)
     for before, after in pairwise(rounds):
-        estimate.go_on(*sums(rays, before, after), before, after, everything, seen=seen)
+        estimate.go_on(*sums(rays, before, after), before, after, np.arange(TEXELS))
     assert_allclose(estimate.value, at_once.value, atol=1e-6)
     variance, expected = (each.noise / each.precision for each in (estimate, at_once))
     assert_allclose(variance, expected, rtol=1e-4, atol=1e-9)
@@ -48,19 +47,20 @@ def test_a_texel_without_rays_takes_those_of_its_first_round() -> None:
     estimate = RunningEstimate.empty(SHAPE, 16)
     estimate.value[:] = 0.3  # told otherwise
     total, first_half = (each[texels] for each in sums(rays, 0, 16))
-    estimate.go_on(total, first_half, 0, 16, texels, seen=np.ones(len(texels), dtype=bool))
+    estimate.go_on(total, first_half, 0, 16, texels)
     assert_allclose(estimate.value.reshape(-1)[texels], rays[texels].mean(axis=1), atol=1e-6)
     assert_array_equal(np.flatnonzero(estimate.precision), texels)
 
 
-def test_a_texel_that_faced_away_keeps_its_value() -> None:
-    rays = rays_of(64)
-    estimate = begun(rays, 16, 16)
-    before = estimate.value.copy()
-    seen = np.arange(TEXELS) % 2 == 0
-    total, first_half = (np.where(seen, each, np.float32(-1.0)) for each in sums(rays, 16, 64))
-    estimate.go_on(total, first_half, 16, 64, np.arange(TEXELS), seen=seen)
-    away = ~seen.reshape(SHAPE)
-    assert_allclose(estimate.value[away], before[away], atol=1e-6)
-    assert np.all(estimate.value >= 0.0) and np.all(estimate.noise >= 0.0)
-    assert_allclose(estimate.value[~away], rays.mean(axis=1).reshape(SHAPE)[~away], atol=1e-6)
+def test_a_texel_that_faces_away_in_a_round_goes_on_with_the_mean_that_it_had() -> None:
+    rays, everything = rays_of(64), np.arange(TEXELS)
+    estimate = begun(rays, 4, 4)
+    known = estimate.value.reshape(-1).copy()
+    seen = everything % 2 == 0
+    estimate.go_on(*(each[seen] for each in sums(rays, 4, 16)), 4, 16, everything[seen])
+    assert_array_equal(estimate.value.reshape(-1)[~seen], known[~seen])
+    assert np.all(estimate.precision.reshape(-1)[~seen] == 1.0)
+    total, first_half = sums(rays, 16, 64)
+    estimate.go_on(total, first_half, 16, 64, everything)
+    assert_allclose(estimate.value.reshape(-1)[seen], rays[seen].mean(axis=1), atol=1e-6)
+    assert_allclose(estimate.value.reshape(-1)[~seen], ((16 * known + total) / 64)[~seen], atol=1e-6)

@@ -205,7 +205,7 @@ class OneRound:
     def filter(self) -> SurfaceFilter:
         raise AssertionError("a plain bake has no filter")
 
-    def trace(self, texels: Longs, rays: int) -> tuple[Floats, Floats]:
+    def trace(self, blocks: Longs, before: int, rays: int) -> tuple[Floats, Floats]:
         raise AssertionError("a plain bake has one round")
 
     def probe(self, texels: Longs, rays: int) -> Floats:
