@@ -256,7 +256,7 @@ static void test_footprint_points_lie_on_the_covered_part() {
   int partly = 0;
   for (int i = 0; i < ob::kGroups * kLanes; ++i) {
     TexelGroup group{};
-    const ob::TexelSelection selection{surface, nullptr, 0, 1};
+    const ob::TexelSelection selection{surface, nullptr, nullptr, 0};
     CHECK_EQUAL(ob::gather_group(selection, 0, i / kLanes, {6, 3, 17}, ob::kBaselinePackets, group), kLanes);
     const int lane = i % kLanes;
     const ob::Texel texel = ob::texel_of(0, 0, i / kLanes, lane);
