@@ -28,7 +28,8 @@ def test_bent_normals_and_a_code_as_pictures(floor: None, bake: Any) -> None:
     names = ["Floor_bent.png", *(f"Floor_sh_3_{number}.png" for number in range(4)), "report.json"]
     assert run.files == names
     bent, told = read_image(run.folder / "Floor_bent.png")
-    np.testing.assert_allclose(bent[32, 32], (0.5, 0.5, 1.0), atol=0.03)
+    np.testing.assert_allclose(bent.mean(axis=(0, 1)), (0.5, 0.5, 1.0), atol=0.01)
+    assert np.sqrt(np.mean((bent - (0.5, 0.5, 1.0)) ** 2)) < 0.06  # of few rays each
     assert told["green"] == "down"
     pictures = [read_image(run.folder / f"Floor_sh_3_{number}.png")[0] for number in range(4)]
     code = DirectionalFormat("sh", 3)
