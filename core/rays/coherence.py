@@ -7,11 +7,11 @@ import numpy as np
 from ..base.arrays import Doubles, Ints
 from ..base.triangles import unit_normals
 from .texel_surface import TexelSurface
+from .tracer import BLOCK
 
 # Of the faces that a packet's texels lie on: 1 less the length of their mean normal. Above it rays part from the start,
 # and are traced 1.2 to 1.6 times as fast one by one (rough reliefs, rods); below it mostly slower (docs/figures.md).
 MOST_SPREAD = 0.02
-_SIDE = 4  # texels along a packet's block
 _BLOCKS = 2048  # that are looked at
 
 
@@ -40,12 +40,12 @@ def spread_of_faces(surface: TexelSurface) -> float:
 
 def _some_blocks(owner: Ints) -> Ints:
     """(N, 16): the owners of blocks that are owned wholly, evenly spread over the image."""
-    height, width = (side // _SIDE for side in owner.shape)
-    corners = owner[: height * _SIDE : _SIDE, : width * _SIDE : _SIDE]
+    height, width = (side // BLOCK for side in owner.shape)
+    corners = owner[: height * BLOCK : BLOCK, : width * BLOCK : BLOCK]
     y, x = np.nonzero(corners >= 0)
     chosen = np.linspace(0, len(y) - 1, min(len(y), _BLOCKS)).astype(np.int64)
-    rows, columns = (_SIDE * each[chosen, np.newaxis, np.newaxis] for each in (y, x))
-    along = np.arange(_SIDE)
-    blocks = owner[rows + along[:, np.newaxis], columns + along].reshape(-1, _SIDE**2)
+    rows, columns = (BLOCK * each[chosen, np.newaxis, np.newaxis] for each in (y, x))
+    along = np.arange(BLOCK)
+    blocks = owner[rows + along[:, np.newaxis], columns + along].reshape(-1, BLOCK**2)
     whole: Ints = blocks[(blocks >= 0).all(axis=1)]
     return whole

@@ -87,7 +87,6 @@ def trace_texels(
     specs: Sequence[MapSpec],
     options: TraceOptions,
     *,
-    halves: bool = False,
     control: api.Control | None = None,
 ) -> Sums:
     """Trace the rays of a list of owned texels (y · W + x); one that stands in it twice gets other rays each time.
@@ -96,8 +95,6 @@ def trace_texels(
     """
     shape = (count_images(specs), len(texels))
     sums = np.zeros(shape, dtype=np.float32)
-    first_half = np.zeros(shape, dtype=np.float32) if halves else None
-    halves_rows = None if first_half is None else _rows(first_half, *shape)
     described = surface.described()
     listed = (api.address(texels, np.int64, len(texels)), len(texels))
     api.check(
@@ -105,11 +102,11 @@ def trace_texels(
             *_what(scene, described, specs, options),
             *listed,
             _rows(sums, *shape),
-            halves_rows,
+            None,
             api.pointer_to(control),
         )
     )
-    return Sums(sums, first_half)
+    return Sums(sums, None)
 
 
 def trace_blocks(

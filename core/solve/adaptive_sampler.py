@@ -63,8 +63,13 @@ class AdaptiveSampler:
     @property
     def rays(self) -> int:
         """All rays so far."""
-        own = int((self._rays * self._texels).sum(where=self._traced))
+        own = int((self._own_rays * self._texels).sum())
         return own + (self._coarse.rays if self._coarse is not None else 0)
+
+    @property
+    def _own_rays(self) -> NDArray[np.int_]:
+        """Of each texel, by block: 0 where a coarser image tells it."""
+        return np.where(self._traced, self._rays, 0)
 
     def open(self, opening: tuple[Floats, Floats | None]) -> None:
         """Take in the first round, of every texel."""
@@ -98,7 +103,7 @@ class AdaptiveSampler:
 
     def _trace(self, goal: NDArray[np.int_]) -> None:
         """Bring each block's texels to so many rays of their own, where those are more than they have."""
-        had = np.where(self._traced, self._rays, 0)
+        had = self._own_rays
         more = goal > had
         for before in np.unique(had[more]):
             for after in np.unique(goal[more & (had == before)]):
@@ -144,7 +149,7 @@ class AdaptiveSampler:
 
     def _added(self, goal: NDArray[np.int_]) -> float:
         """All rays that it takes to get there."""
-        return float(((goal - np.where(self._traced, self._rays, 0)) * self._texels).sum())
+        return float(((goal - self._own_rays) * self._texels).sum())
 
     def _rate(self, probed: Probes) -> float:
         """As what power of the rays the squared error will fall: by the part of it that the filter leaves."""
