@@ -36,7 +36,7 @@ from .texels.rasterize import Texels
 from .texels.shading_normals import with_shading_normals
 from .texels.tangent_space import TexelFrames
 
-_LIKELY_RAYS = 64  # of a texel, where an error is asked for: what is worth building depends on it
+_LIKELY_RAYS = 16  # of a texel, where an error is asked for: what is worth building depends on it
 # Parts of the time that an object takes, for the progress bar.
 _BUILD, _LOOK, _TRACE = (0.02, 0.05), (0.05, 0.06), (0.06, 1.0)
 
