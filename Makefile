@@ -17,7 +17,7 @@ KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h incl
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help venv test lint extension pictures sanitize bake bench bench-quick figures accuracy study clean
+.PHONY: help venv test lint extension extensions repository pictures sanitize bake bench bench-quick figures accuracy study clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -40,6 +40,21 @@ lint: venv ## ruff, mypy, import-linter, clang-tidy; every warning is an error
 
 extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blender
 	$(PY) tools/build_extension.py $(WHEEL)
+
+# Built on Linux for all of Blender's platforms, by a compiler that brings along what each needs.
+PLATFORMS := linux-x64 windows-x64 macos-arm64 macos-x64
+KERNELS := $(foreach platform,$(PLATFORMS) windows-arm64,build/kernel-$(platform)/.built)
+extensions: $(KERNELS) ## the same for Linux, Windows and macOS, each kernel checked
+	$(PY) tools/check_libraries.py $(foreach built,$(KERNELS),$(dir $(built))*.whl)
+	$(foreach platform,$(PLATFORMS),$(PY) tools/build_extension.py build/kernel-$(platform) $(platform) &&) true
+
+repository: extensions ## dist/repository, a folder for a web host that Blender installs and updates from
+	$(PY) tools/make_repository.py dist/repository $(foreach platform,$(PLATFORMS),dist/*-$(subst -,_,$(platform)).zip)
+
+build/kernel-%/.built: $(KERNEL) $(VENV)/.platforms
+	@rm -rf $(@D)
+	OCCLUSION_KERNEL_TARGET=$* $(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(@D) ./core/kernel
+	@touch $@
 
 BLENDER ?= blender
 pictures: extension ## the README's pictures of the window, from a session in a complete Blender: BLENDER=blender
@@ -99,6 +114,10 @@ $(WHEEL)/.built: $(KERNEL) | $(VENV)/.requirements
 	@$(PY) core/kernel/toolchain.py
 	@rm -rf $(WHEEL)
 	$(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(WHEEL) ./core/kernel
+	@touch $@
+
+$(VENV)/.platforms: requirements/platforms.txt $(VENV)/.requirements
+	$(PY) -m pip install -q --disable-pip-version-check --no-deps -r $<
 	@touch $@
 
 # Large, and wants libraries of the system's: the bench says so and goes on without it.

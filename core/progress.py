@@ -37,7 +37,7 @@ class Progress:
         self._part = (0, 1)  # which of how many parts of an object is being made
         self._span = (0.0, 0.0)  # of the whole, what the running stage goes through; one object, so read at once
         self._reached = 0.0
-        self._start = self._entered = time.monotonic()
+        self._start = self._entered = time.perf_counter()
         self._counts_rays = False
 
     def expect(self, objects: int) -> None:
@@ -53,7 +53,7 @@ class Progress:
         self.raise_if_cancelled()
         self._counts_rays = False
         self._measure(share)
-        self.stage, self._entered, self._counts_rays = stage, time.monotonic(), rays
+        self.stage, self._entered, self._counts_rays = stage, time.perf_counter(), rays
         return self.control
 
     def reach(self, share: float, stage: str) -> None:
@@ -94,14 +94,14 @@ class Progress:
     @property
     def rays_per_second(self) -> float | None:
         """Of the running stage; None where it traces none, or has not yet."""
-        done, seconds = self.control.done, time.monotonic() - self._entered
+        done, seconds = self.control.done, time.perf_counter() - self._entered
         return done / seconds if self._counts_rays and done > 0 and seconds > 0.0 else None
 
     @property
     def seconds_left(self) -> float | None:
         """As the bake went so far; None while that says little."""
         fraction = self.fraction
-        return (time.monotonic() - self._start) * (1.0 - fraction) / fraction if fraction > _EARLY else None
+        return (time.perf_counter() - self._start) * (1.0 - fraction) / fraction if fraction > _EARLY else None
 
     def _measure(self, share: tuple[float, float]) -> None:
         self.control.done = self.control.total = 0

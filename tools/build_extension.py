@@ -1,4 +1,7 @@
-"""build_extension.py KERNEL_WHEEL_FOLDER: the extension as a zip for this platform, with its wheels, under dist/."""
+"""build_extension.py KERNEL_WHEEL_FOLDER [PLATFORM]: the extension as a zip, with its wheels, under dist/.
+
+PLATFORM: one of Blender's names, whose kernel's wheel is in the folder; this machine's where none is given.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,6 @@ import sys
 import sysconfig
 import tomllib
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -25,30 +27,25 @@ PYTHONS = {
 }
 
 
-@dataclass(frozen=True)
-class Platform:
-    """Blender's name for a platform, and the wheel tags that run there, as pip wants them spelt out."""
-
-    name: str
-    tags: tuple[str, ...]
-
-
-PLATFORMS = {
-    "linux-x86_64": Platform(
-        "linux-x64", ("manylinux2014_x86_64", *(f"manylinux_2_{minor}_x86_64" for minor in range(17, 29)))
+# Blender's names for the platforms, and the tags of wheels that run on each, as pip wants them spelt out.
+TAGS = {
+    "linux-x64": ("manylinux2014_x86_64", *(f"manylinux_2_{minor}_x86_64" for minor in range(17, 29))),
+    "windows-x64": ("win_amd64",),
+    "macos-arm64": tuple(f"macosx_{major}_0_arm64" for major in range(11, 15)),
+    "macos-x64": (
+        *(f"macosx_10_{minor}_x86_64" for minor in range(9, 17)),
+        *(f"macosx_{major}_0_x86_64" for major in range(11, 15)),
     ),
-    "macosx-arm64": Platform("macos-arm64", tuple(f"macosx_{major}_0_arm64" for major in range(11, 15))),
-    "win-amd64": Platform("windows-x64", ("win_amd64",)),
 }
+SYSTEMS = {"macosx": "macos", "win": "windows"}
+MACHINES = {"x86_64": "x64", "amd64": "x64", "arm64": "arm64", "universal2": "arm64"}  # a Mac's Python of both kinds
 
 
-def this_platform() -> Platform:
-    """The platform we build for. SystemExit where Blender or Embree's wheel has none like it."""
-    found = re.sub(r"^macosx-[\d.]+-", "macosx-", sysconfig.get_platform())
-    found = "macosx-arm64" if found == "macosx-universal2" else found
-    if found not in PLATFORMS:
-        raise SystemExit(f"no extension for {found}: the wheels it needs exist for {', '.join(PLATFORMS)}")
-    return PLATFORMS[found]
+def this_platform() -> str:
+    """Blender's name of the platform we build on."""
+    system, _, rest = sysconfig.get_platform().partition("-")
+    machine = rest.rpartition("-")[2]
+    return f"{SYSTEMS.get(system, system)}-{MACHINES.get(machine, machine)}"
 
 
 def pins(name: str) -> dict[str, str]:
@@ -62,18 +59,18 @@ def pins(name: str) -> dict[str, str]:
     return found
 
 
-def fetched(package: str, version: str, python: str, platform: Platform) -> Path:
+def fetched(package: str, version: str, python: str, platform: str) -> Path:
     """The wheel in the cache, downloaded where it is not there yet."""
-    tag = "cp" + python.replace(".", "")
-    pattern = f"{package.lower()}-{version}-{tag}-*.whl"
-    if not list(CACHE.glob(pattern)):
+    cache = CACHE / platform
+    pattern = f"{package.lower()}-{version}-cp{python.replace('.', '')}-*.whl"
+    if not list(cache.glob(pattern)):
         command = [sys.executable, "-m", "pip", "download", "-q", "--disable-pip-version-check", "--no-deps"]
-        command += ["--only-binary=:all:", "--implementation", "cp", "--python-version", python, "-d", str(CACHE)]
-        for name in platform.tags:
-            command += ["--platform", name]
+        command += ["--only-binary=:all:", "--implementation", "cp", "--python-version", python, "-d", str(cache)]
+        for tag in TAGS[platform]:
+            command += ["--platform", tag]
         if subprocess.run([*command, f"{package}=={version}"]).returncode:
-            raise SystemExit(f"{package} {version} for Python {python} on {platform.name} could not be downloaded")
-    return only(CACHE, pattern)
+            raise SystemExit(f"{package} {version} for Python {python} on {platform} could not be downloaded")
+    return only(cache, pattern)
 
 
 def only(folder: Path, pattern: str) -> Path:
@@ -84,7 +81,7 @@ def only(folder: Path, pattern: str) -> Path:
     return found[0]
 
 
-def wheels(kernel: Path, platform: Platform) -> list[Path]:
+def wheels(kernel: Path, platform: str) -> list[Path]:
     """All wheels of the extension, in order."""
     chosen = [only(kernel, "occlusion_bake_kernel-*.whl")]
     for python, (requirements, packages) in PYTHONS.items():
@@ -93,12 +90,12 @@ def wheels(kernel: Path, platform: Platform) -> list[Path]:
     return chosen
 
 
-def manifest(platform: Platform, names: list[str]) -> str:
+def manifest(platform: str, names: list[str]) -> str:
     """The checkout's manifest with the platform and the wheels, set before its first table."""
     text = (ROOT / "blender_manifest.toml").read_text(encoding="utf-8")
     text = re.sub(r"(?m)^# `platforms`.*\n", "", text)
     listed = "".join(f'    "./wheels/{name}",\n' for name in names)
-    added = f'platforms = ["{platform.name}"]\nwheels = [\n{listed}]\n\n'
+    added = f'platforms = ["{platform}"]\nwheels = [\n{listed}]\n\n'
     return re.sub(r"(?m)^\[(?!\[)", lambda table: added + table[0], text, count=1)
 
 
@@ -134,17 +131,18 @@ def add(archive: zipfile.ZipFile, name: str, data: bytes, how: int = zipfile.ZIP
     archive.writestr(entry, data)
 
 
-def main(kernel: Path) -> None:
-    platform, files = this_platform(), staged()
-    bundled = wheels(kernel, platform)
+def main(kernel: Path, platform: str) -> None:
+    if platform not in TAGS:
+        raise SystemExit(f"no extension for {platform}: the wheels it needs exist for {', '.join(TAGS)}")
+    files, bundled = staged(), wheels(kernel, platform)
     text = manifest(platform, [path.name for path in bundled])
     about = tomllib.loads(text)
-    target = ROOT / "dist" / f"{about['id']}-{about['version']}-{platform.name.replace('-', '_')}.zip"
+    target = ROOT / "dist" / f"{about['id']}-{about['version']}-{platform.replace('-', '_')}.zip"
     write_zip(target, text, files, bundled)
     print(f"{target.relative_to(ROOT)}: {target.stat().st_size / 1e6:.1f} MB, {len(bundled)} wheels")
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 2:
+    if len(sys.argv) not in (2, 3):
         raise SystemExit(__doc__)
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), sys.argv[2] if len(sys.argv) == 3 else this_platform())

@@ -30,7 +30,7 @@ def tidy() -> None:
     if not sources:
         print("SKIPPED clang-tidy: no kernel sources")
         return
-    toolchain.compile_all(sources, WARNINGS, [*toolchain.GNU_OPTIMISED, "-Werror"])
+    toolchain.compile_all(sources, WARNINGS, [*toolchain.OPTIMISED, "-Werror"])
     toolchain.compile_all(tests, WARNINGS / "tests", [*FOR_TESTS, "-Werror"])
     symbols()
     layout()
@@ -55,7 +55,7 @@ def symbols() -> None:
         print("SKIPPED the symbols of vector code: there is no nm")
         return
     vector = [source for source in toolchain.sources() if toolchain.vector_of(source)]
-    for level in ("-O0", *toolchain.GNU_OPTIMISED):
+    for level in ("-O0", *toolchain.OPTIMISED):
         for compiled in toolchain.compile_all(vector, WARNINGS / level, [level]):
             listed = ["nm", "-g", "-P", "--defined-only", str(compiled)]
             lines = subprocess.run(listed, check=True, capture_output=True, text=True).stdout.splitlines()

@@ -35,7 +35,7 @@ def check(folder: str) -> None:
         if not Path(origin).is_relative_to(folder):
             raise SystemExit(f"{name} is not the extension's own but {origin}")
     library = importlib.import_module("occlusion_bake_kernel").library_path()
-    importlib.import_module("ctypes").CDLL(library)
+    importlib.import_module("ctypes").CDLL(str(library))
     python = ".".join(map(str, sys.version_info[:3]))
     print(f"Blender {bpy.app.version_string}, Python {python}: enabled, its wheels import, the kernel loads")
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
 
-ABI_VERSION = 16
+ABI_VERSION = 17
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
 RULE_COVERAGE, RULE_CENTRE = range(2)
 
@@ -54,7 +54,7 @@ class Control(Structure):
 
 
 class DeviceInfo(Structure):
-    _fields_ = [("version", c_int32 * 3), ("native_width", c_int32)]
+    _fields_ = [("version", c_int32 * 3), ("native_width", c_int32), ("vector_width", c_int32)]
 
 
 class Surface(Structure):
@@ -195,6 +195,10 @@ _FUNCTIONS: dict[str, list[Any]] = {
     "ob_lowest_overlaps": [c_void_p, c_void_p, c_int64, c_int64, c_double, c_int32, c_void_p, _CONTROL],
     "ob_pack": [c_void_p, c_void_p, c_int64, c_int64, POINTER(Packing), c_void_p, _CONTROL],
     "ob_expect_packing": [c_double, c_double, c_int64, POINTER(Packing)],
+    "ob_elementary": [c_int32, c_void_p, c_int64, c_void_p],
+    "ob_powers": [c_void_p, c_int64, c_float, c_void_p],
+    "ob_product": [c_void_p, c_void_p, c_int64, c_int64, c_int64, c_int32, c_void_p],
+    "ob_atan2": [c_void_p, c_void_p, c_int64, c_void_p],
     "ob_visible": [_HANDLE, c_void_p, c_void_p, c_int64, c_float, POINTER(c_uint8)],
 }
 _RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_filter_free")

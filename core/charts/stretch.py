@@ -38,7 +38,7 @@ def stretch_of(corners: Doubles, uv: Doubles) -> Stretch:
     product = area / flat  # of the singular values
     scale = area.sum() / flat.sum()
     l2 = np.sqrt(energy / scale)
-    order = np.argsort(l2)
+    order = np.argsort(l2, kind="stable")
     rank = np.searchsorted(np.cumsum(area[order]), 0.95 * area.sum())
     ratio = product / scale
     return Stretch(

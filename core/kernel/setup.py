@@ -37,6 +37,8 @@ def first(pattern: str, path: Path) -> str:
 
 def platform_tag() -> str:
     """Wheel platform. On Linux it names the C library it was built against, the oldest it is sure to run on."""
+    if wanted := toolchain.target():
+        return wanted.tag
     tag = sysconfig.get_platform().replace("-", "_").replace(".", "_")
     if not tag.startswith("linux_"):
         return tag
@@ -77,4 +79,5 @@ setup(
     packages=[PACKAGE],
     distclass=Compiled,
     cmdclass={"build_py": BuildLibrary, "bdist_wheel": AnyPython},
+    options={"build": {"build_base": f"build/{platform_tag()}"}},  # no library gets into another platform's wheel
 )

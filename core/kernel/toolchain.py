@@ -1,10 +1,11 @@
-"""How the kernel is compiled: the compiler, and the flags of each file.
+"""How the kernel is compiled: the compiler, for which platform, and the flags of each file.
 
 The one place for them: the wheel (setup.py), the sanitizer build and clang-tidy (tools/check_kernel.py) all ask here.
 """
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import platform
 import shlex
@@ -13,6 +14,7 @@ import subprocess
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -23,44 +25,92 @@ JOBS = 2
 # No contraction to fused multiply-adds: the same input gives the same bits on every machine. No errno, so that square
 # roots are vectorised. Vectors never cross from one file's instruction set to another's by value (src/packets.h), so
 # the note on how each passes them says nothing here.
-GNU = ["-std=c++17", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-pthread", "-Wno-psabi"]
-GNU_OPTIMISED = ["-O3"]
-GNU_WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Werror=return-type"]
-MSVC = ["/nologo", "/std:c++17", "/O2", "/EHsc", "/W4", "/fp:precise"]
+MEANING = ["-std=c++17", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", "-pthread"]
+WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Werror=return-type", "-Wno-psabi"]
+OPTIMISED = ["-O3"]
 
 # A file that ends in one of these holds code for machines that have it, chosen at run time.
 VECTOR = {
-    "_avx2": (["-mavx2", "-mfma", "-mbmi2"], ["/arch:AVX2"]),
-    "_avx512": (
-        ["-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl", "-mfma", "-mbmi2", "-mprefer-vector-width=512"],
-        ["/arch:AVX512"],
-    ),
+    "_avx2": ["-mavx2", "-mfma", "-mbmi2"],
+    "_avx512": ["-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl", "-mfma", "-mbmi2", "-mprefer-vector-width=512"],
 }
+EXPORTED = "{ global: ob_*; local: *; };\n"  # and none of the C++ library's own functions, which are linked in
 LIBRARY_NAMES = {"darwin": "libocclusion_kernel.dylib", "win32": "libocclusion_kernel.dll"}
 
 
+@dataclass(frozen=True)
+class Target:
+    """A platform that zig (PyPI: ziglang) builds for from any other. triple: zig's name of it, with the oldest system.
+    tag: the wheel's. system: sys.platform there."""
+
+    triple: str
+    tag: str
+    system: str
+
+    @property
+    def is_x86_64(self) -> bool:
+        return self.triple.startswith("x86_64")
+
+
+# By Blender's names.
+TARGETS = {
+    "linux-x64": Target("x86_64-linux-gnu.2.28", "manylinux_2_28_x86_64", "linux"),
+    "linux-arm64": Target("aarch64-linux-gnu.2.28", "manylinux_2_28_aarch64", "linux"),
+    "windows-x64": Target("x86_64-windows-gnu", "win_amd64", "win32"),
+    "windows-arm64": Target("aarch64-windows-gnu", "win_arm64", "win32"),
+    "macos-x64": Target("x86_64-macos.11.0", "macosx_11_0_x86_64", "darwin"),
+    "macos-arm64": Target("aarch64-macos.11.0", "macosx_11_0_arm64", "darwin"),
+}
+
+
+def target() -> Target | None:
+    """The platform that OCCLUSION_KERNEL_TARGET names; None: this machine's own compiler builds for it alone."""
+    name = os.environ.get("OCCLUSION_KERNEL_TARGET", "")
+    if name and name not in TARGETS:
+        raise SystemExit(f"no target {name}: there are {', '.join(TARGETS)}")
+    return TARGETS.get(name)
+
+
+def system() -> str:
+    """What sys.platform is where the library is to run."""
+    wanted = target()
+    return wanted.system if wanted else sys.platform
+
+
+def is_x86_64() -> bool:
+    wanted = target()
+    return wanted.is_x86_64 if wanted else platform.machine().lower() in ("x86_64", "amd64")
+
+
 def library_name() -> str:
-    """File name of the shared library on this platform."""
-    return LIBRARY_NAMES.get(sys.platform, "libocclusion_kernel.so")
+    """File name of the shared library there."""
+    return LIBRARY_NAMES.get(system(), "libocclusion_kernel.so")
 
 
 def compiler() -> list[str]:
-    """The command that compiles C++: $CXX, else the first found. SystemExit with one line where there is none."""
-    if wanted := os.environ.get("CXX"):
-        return shlex.split(wanted)
-    for name in ["cl", "clang-cl"] if sys.platform == "win32" else ["c++", "g++", "clang++"]:
+    """The command that compiles C++: zig for another platform, else $CXX, else the first found. SystemExit with one
+    line where there is none."""
+    if wanted := target():
+        return [*zig(), "-target", wanted.triple]
+    if named := os.environ.get("CXX"):
+        return shlex.split(named)
+    for name in ("c++", "g++", "clang++"):
         if shutil.which(name):
             return [name]
-    raise SystemExit("no C++17 compiler found to build the kernel: install g++ or clang++, or name one in CXX")
+    if importlib.util.find_spec("ziglang"):
+        return zig()
+    raise SystemExit(
+        "no C++17 compiler found to build the kernel: install g++ or clang++, name one in CXX, or pip install ziglang"
+    )
+
+
+def zig() -> list[str]:
+    return [sys.executable, "-m", "ziglang", "c++"]
 
 
 def sources() -> list[Path]:
     """The .cpp files this machine can compile, in order of their names."""
     return [path for path in sorted(SOURCES.glob("*.cpp")) if vector_of(path) is None or is_x86_64()]
-
-
-def is_x86_64() -> bool:
-    return platform.machine().lower() in ("x86_64", "amd64")
 
 
 def vector_of(source: Path) -> str | None:
@@ -69,14 +119,14 @@ def vector_of(source: Path) -> str | None:
 
 
 def flags(source: Path) -> list[str]:
-    """GNU-style flags that say what the file means: language, vector extension, warnings, includes; not how fast."""
+    """Flags that say what the file means: language, vector extension, warnings, includes; not how fast."""
     vector = vector_of(source)
-    return [*GNU, *GNU_WARNINGS, *(VECTOR[vector][0] if vector else []), *defines("-D"), f"-I{INCLUDE}"]
+    return [*MEANING, *WARNINGS, *(VECTOR[vector] if vector else []), *defines(), f"-I{INCLUDE}"]
 
 
-def defines(prefix: str) -> list[str]:
+def defines() -> list[str]:
     """OCCLUSION_PROFILE where the environment asks for a profile build (OCCLUSION_KERNEL_PROFILE=1)."""
-    return [f"{prefix}OCCLUSION_PROFILE"] if os.environ.get("OCCLUSION_KERNEL_PROFILE", "0") not in ("", "0") else []
+    return ["-DOCCLUSION_PROFILE"] if os.environ.get("OCCLUSION_KERNEL_PROFILE", "0") not in ("", "0") else []
 
 
 def build_library(library: Path, work: Path) -> None:
@@ -84,12 +134,20 @@ def build_library(library: Path, work: Path) -> None:
     if not sources():
         raise SystemExit(f"no kernel sources in {SOURCES}")
     library.parent.mkdir(parents=True, exist_ok=True)
-    if is_msvc():
-        build_msvc(library, work)
-        return
-    objects = compile_all(sources(), work, GNU_OPTIMISED)
-    link = ["-dynamiclib"] if sys.platform == "darwin" else ["-shared", "-ldl", "-static-libstdc++", "-static-libgcc"]
-    run([*compiler(), "-o", str(library), *map(str, objects), "-pthread", *link])
+    objects = compile_all(sources(), work, OPTIMISED)
+    run([*compiler(), "-o", str(library), *map(str, objects), "-pthread", *link_flags(work)])
+
+
+def link_flags(work: Path) -> list[str]:
+    """What makes a shared library of the objects. It brings the C++ library with it, but for macOS, which has one."""
+    if system() == "darwin":
+        return ["-dynamiclib", f"-Wl,-install_name,@rpath/{library_name()}"]
+    own = [] if "ziglang" in compiler() else ["-static-libstdc++", "-static-libgcc"]
+    if system() == "win32":
+        return ["-shared", "-s", *own]
+    exported = work / "exported.map"
+    exported.write_text(EXPORTED, encoding="utf-8")
+    return ["-shared", "-s", f"-Wl,--version-script={exported}", "-ldl", *own]
 
 
 def compile_all(files: Sequence[Path], work: Path, extra: Sequence[str]) -> list[Path]:
@@ -103,23 +161,6 @@ def compile_all(files: Sequence[Path], work: Path, extra: Sequence[str]) -> list
 
     with ThreadPoolExecutor(JOBS) as pool:
         return list(pool.map(compile_one, files))
-
-
-def is_msvc() -> bool:
-    return Path(compiler()[0]).stem.lower() in ("cl", "clang-cl")
-
-
-def build_msvc(library: Path, work: Path) -> None:
-    """As build_library, with Microsoft's compiler or one that takes its flags."""
-    work.mkdir(parents=True, exist_ok=True)
-    objects = []
-    for source in sources():
-        vector = vector_of(source)
-        target = work / f"{source.stem}.obj"
-        wide = VECTOR[vector][1] if vector else []
-        run([*compiler(), *MSVC, *wide, *defines("/D"), f"/I{INCLUDE}", "/c", str(source), f"/Fo{target}"])
-        objects.append(str(target))
-    run([*compiler(), "/nologo", "/LD", *objects, f"/Fe{library}"])
 
 
 def run(command: Sequence[str]) -> None:

@@ -13,7 +13,7 @@ from enum import Enum
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Longs
-from ..base.vectors import unit
+from ..base.vectors import determinant, mapped, transformed_normals, unit
 from ..finish.baked import BakedMap, Metadata
 from ..finish.map_finisher import MapFinisher
 from ..rays.accumulators import bent_vectors
@@ -83,11 +83,18 @@ def encoded(vectors: Floats, written: BentNormalMap, frames: TexelFrames, covere
 def _in_space(world: Doubles, space: Space, frames: TexelFrames, texels: Longs) -> Doubles:
     matrix, normals = frames.target.matrix, unit(frames.normals(texels))
     if space is Space.WORLD:
-        return _or(unit(world), unit(normals @ np.linalg.pinv(matrix[:3, :3])))
+        return _or(unit(world), _world_normals(normals, matrix[:3, :3]))
     local = _or(to_object(world, matrix), normals)
     if space is Space.OBJECT:
         return local
     return _or(in_frames(local, frames.frames(texels)), np.array([[0.0, 0.0, 1.0]]))
+
+
+def _world_normals(normals: Doubles, linear: Doubles) -> Doubles:
+    """Object-space normals in world space; of a mesh that is flattened there as near to it as can be."""
+    if determinant(linear) == 0.0:
+        return unit(mapped(normals, np.linalg.pinv(linear).T))
+    return transformed_normals(normals, linear)
 
 
 def _or(directions: Doubles, instead: Doubles) -> Doubles:

@@ -30,12 +30,12 @@ class Device:
         release_with(self, "ob_device_close", handle)
         self.path = path
         self.version = ".".join(str(part) for part in info.version)
-        self.native_width = int(info.native_width)
+        self.native_width, self.vector_width = int(info.native_width), int(info.vector_width)
 
     @property
     def description(self) -> str:
-        """One line for reports: version, packet width, where it came from."""
-        return f"{self.version}, {self.native_width}-wide, {self.path}"
+        """One line for reports: version, how wide its packets and our own vectors are, where it came from."""
+        return f"{self.version}, {self.native_width}-wide packets, {self.vector_width}-wide vectors, {self.path}"
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
+from ..base.vectors import mapped, weighted
 from ..scene.cutout import Cutout
 from ..scene.parts import Part
 from ..scene.scene import Instance
@@ -36,7 +37,7 @@ class FlatMesh:
         if self.whole is None or self.weights is None:
             return values
         count = len(self.whole) - len(self.weights)
-        pieces = self.weights @ values[self.whole[count:]].astype(np.float64)
+        pieces = weighted(self.weights, values[self.whole[count:], np.newaxis].astype(np.float64))
         return np.concatenate([values[self.whole[:count]], pieces.astype(np.float32)])
 
 
@@ -77,7 +78,7 @@ def _flattened(copy: WorldMesh, instance: Instance, part: Part, *, level: bool) 
     long = (_long_edges(corners, part) > 0.0).any(axis=1)
     if not long.any() or (not level and (np.ptp(corners[long], axis=1) == 0.0).any(axis=1).all()):
         return flat
-    exact = instance.mesh.vertices[copy.triangles[long]].astype(np.float64) @ instance.matrix[:3, :3].T
+    exact = mapped(instance.mesh.vertices[copy.triangles[long]].astype(np.float64), instance.matrix[:3, :3])
     return _with_split(flat, long, exact + (instance.matrix[:3, 3] - part.origin), part)
 
 

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..base.arrays import Doubles, Flags, Longs
 from ..base.kernel_api import Control
+from ..base.vectors import dot, length_of
 from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
 from ..scene.world_mesh import bounds_of
@@ -200,8 +201,8 @@ class Occluders:
         of = np.repeat(np.array(places, dtype=np.int64), [len(each) for each in pieces])
         linear, shift = self._linear[of], np.array([self._instances[i].matrix[:3, 3] for i in of])
         with np.errstate(all="ignore"):  # a transform that is not finite has no reach
-            middle = np.einsum("nij,nj->ni", linear, [each.middle for each in every]) + shift
-            half = np.einsum("nij,nj->ni", np.abs(linear), [each.half for each in every])
+            middle = dot(linear, np.array([each.middle for each in every])[:, np.newaxis]) + shift
+            half = dot(np.abs(linear), np.array([each.half for each in every])[:, np.newaxis])
         triangles = np.array([len(each.mesh.triangles) for each in every], dtype=np.int64)
         return _Rows(every, of, middle, half, _stretch(self._linear)[of], triangles)
 
@@ -226,7 +227,7 @@ def _stands_flat(rows: _Rows, used: Longs, part: Part, budget: float) -> Flags:
     have no more triangles than the budget together."""
     middle, half = rows.middle[used], rows.half[used]
     gap = _gaps(middle - half, middle + half, part)
-    away = np.linalg.norm(middle - part.origin, axis=1) + part.radius + np.linalg.norm(half, axis=1)
+    away = length_of(middle - part.origin) + part.radius + length_of(half)
     flat: Flags = ~(away * rows.stretch[used] <= PRECISE * np.maximum(part.radius, gap))
     others = np.flatnonzero(~flat)
     nearest = others[np.argsort(gap[others], kind="stable")]
@@ -236,7 +237,7 @@ def _stands_flat(rows: _Rows, used: Longs, part: Part, budget: float) -> Flags:
 
 def _gaps(low: Doubles, high: Doubles, part: Part) -> Doubles:
     """(N,): how far boxes are from a part's."""
-    gaps: Doubles = np.linalg.norm(np.maximum(np.maximum(low - part.high, part.low - high), 0.0), axis=1)
+    gaps: Doubles = length_of(np.maximum(np.maximum(low - part.high, part.low - high), 0.0))
     return gaps
 
 

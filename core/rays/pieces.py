@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..base.arrays import Doubles, Floats, Ints, Longs
+from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..base.kernel_api import Control
 from ..scene.cutout import Cutout
 from ..scene.scene import Mesh
@@ -66,12 +66,21 @@ def _cut(mesh: Mesh) -> Iterator[Longs]:
     while waiting:
         here = waiting.pop()
         if len(here) <= LARGEST:
-            yield np.sort(here)
+            yield here
             continue
         places = np.take(middles, here, axis=1)
         longest = int(np.argmax(np.ptp(places, axis=1)))
-        order = here[np.argpartition(places[longest], len(here) // 2)]
-        waiting += [order[: len(here) // 2], order[len(here) // 2 :]]
+        below = _lower_half(places[longest])
+        waiting += [here[below], here[~below]]
+
+
+def _lower_half(places: Floats) -> Flags:
+    """(N,) bool: of those in the very middle the first ones, for each processor's partition leaves another order."""
+    half = len(places) // 2
+    middle = np.partition(places, half)[half]
+    below: Flags = places < middle
+    below[np.flatnonzero(places == middle)[: half - np.count_nonzero(below)]] = True
+    return below
 
 
 def _piece(mesh: Mesh, cutout: Cutout | None, which: Longs) -> Piece:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.arrays import Flags, Floats, Ints, Longs
 from ..base.errors import InputError
+from ..base.vectors import weighted
 from .image_texture import ImageTexture, Wrap, sampled
 
 OPAQUE = -1  # in the place of a texture's number
@@ -86,7 +87,7 @@ def opacity(cutout: Cutout, triangle: Ints, weights: Floats) -> Floats:
     for number, alpha in enumerate(cutout.alphas):
         here = which == number
         corners = cutout.uv[triangle[here]].astype(np.float64)
-        result[here] = sampled(alpha, np.einsum("nc,nca->na", weights[here].astype(np.float64), corners))
+        result[here] = sampled(alpha, weighted(weights[here].astype(np.float64), corners))
     return result
 
 

@@ -19,7 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..base import elementary
 from ..base.arrays import Doubles, Flags, Ints, Longs
+from ..base.vectors import length_of, mapped
 from .scene import Instance
 from .world_mesh import bounds_of
 
@@ -50,7 +52,7 @@ class Part:
     @property
     def radius(self) -> float:
         """Half the box's diagonal."""
-        return 0.5 * float(np.linalg.norm(self.high - self.low))
+        return 0.5 * float(length_of(self.high - self.low))
 
 
 def parts_of(target: Instance, counted: Flags | None = None) -> list[Part]:
@@ -81,11 +83,11 @@ def parts_of(target: Instance, counted: Flags | None = None) -> list[Part]:
 def _are_large(target: Instance, number: Longs, reach: float) -> bool:
     """Whether none of these triangles is too small to be as far away as that, nor in a cluster. Quickly told, as it is
     so of nearly all meshes: a triangle's longest side is no shorter than the root of its doubled area."""
-    areas = np.linalg.norm(target.mesh.doubled_areas[number], axis=1)
+    areas = length_of(target.mesh.doubled_areas[number])
     sides = np.sqrt(areas) * np.linalg.svd(target.matrix[:3, :3], compute_uv=False).min()
     small = number[sides < _SMALL * 2.0 * reach]
     some = target.mesh.triangles[small[:: max(len(small) // _SAMPLE, 1)], 0]
-    places = target.mesh.vertices[some].astype(np.float64) @ target.matrix[:3, :3].T
+    places = mapped(target.mesh.vertices[some].astype(np.float64), target.matrix[:3, :3])
     if len(places) and _in_few_cells(places, 2.0 * reach):
         return False
     enough = reach * np.sqrt(3.0) / SIZES
@@ -120,8 +122,8 @@ class _Extent:
         """Of these triangles."""
         mesh, linear = target.mesh, target.matrix[:3, :3]
         vertices = mesh.vertices.astype(np.float64)
-        distance = _largest(np.abs(vertices) @ np.abs(linear).T)
-        places, corners = vertices @ linear.T, mesh.triangles[number]
+        distance = _largest(mapped(np.abs(vertices), np.abs(linear)))
+        places, corners = mapped(vertices, linear), mesh.triangles[number]
         low, high, rounded = places[corners[:, 0]], places[corners[:, 0]], distance[corners[:, 0]]
         for corner in corners.T[1:]:
             np.minimum(low, places[corner], out=low)
@@ -190,11 +192,11 @@ def _size_about(triangles: Ints, size: Doubles) -> Doubles:
     """
     corners = triangles.reshape(-1)
     counts = np.maximum(np.bincount(corners), 1)
-    about = np.log(np.maximum(size, _LEAST_SIZE))
+    about = elementary.log(np.maximum(size, _LEAST_SIZE))
     for _ in range(2):
         mean = np.bincount(corners, np.repeat(about, 3)) / counts
         about = mean[triangles].max(axis=1)
-    sizes: Doubles = np.exp(about)
+    sizes: Doubles = elementary.exp(about)
     return sizes
 
 
@@ -229,7 +231,7 @@ def _side_of_cut(extent: _Extent) -> Flags:
     """(N,) bool: on which side of the widest gap along an axis each triangle is; of the middle where there is none."""
     width, best = extent.width, (_GAP, np.zeros(0, dtype=np.bool_))
     for axis in range(3):
-        order = np.argsort(extent.low[:, axis])
+        order = np.argsort(extent.low[:, axis], kind="stable")
         reached = np.maximum.accumulate(extent.high[order, axis])
         gaps = extent.low[order[1:], axis] - reached[:-1]
         at = int(np.argmax(gaps)) if len(gaps) else 0

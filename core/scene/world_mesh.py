@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.arrays import Doubles, Floats, Ints
-from ..base.vectors import transformed_normals
+from ..base.vectors import determinant, mapped, transformed_normals
 from .scene import Instance
 
 
@@ -41,13 +41,13 @@ def bounds_of(instance: Instance) -> tuple[Doubles, Doubles]:
         return low, high
     corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)] for bits in np.ndindex(2, 2, 2)])
     with np.errstate(over="ignore", invalid="ignore"):  # a box too large for float64 is not finite
-        world = corners @ instance.matrix[:3, :3].T + instance.matrix[:3, 3]
+        world = mapped(corners, instance.matrix[:3, :3]) + instance.matrix[:3, 3]
     return world.min(axis=0), world.max(axis=0)
 
 
 def mirrors(instance: Instance) -> bool:
     """Whether its matrix turns the mesh inside out: `world_mesh` then swaps its triangles' second and third corners."""
-    return float(np.linalg.det(instance.matrix[:3, :3])) < 0.0
+    return determinant(instance.matrix[:3, :3]) < 0.0
 
 
 def world_mesh(instance: Instance, origin: Doubles) -> WorldMesh:
@@ -60,7 +60,7 @@ def world_mesh(instance: Instance, origin: Doubles) -> WorldMesh:
     bare, order = world_shape(instance, origin), _order(instance)
     uv = None if mesh.uv is None else np.ascontiguousarray(mesh.uv[:, order], dtype=np.float32)
     normals = None
-    if mesh.normals is not None and np.linalg.det(linear) != 0.0:
+    if mesh.normals is not None and determinant(linear) != 0.0:
         normals = transformed_normals(mesh.normals, linear)[:, order]
         normals = np.ascontiguousarray(normals, dtype=np.float32)
     return replace(bare, uv=uv, normals=normals)
@@ -70,7 +70,7 @@ def world_shape(instance: Instance, origin: Doubles) -> WorldMesh:
     """The same without UVs and normals: what an occluder is."""
     mesh, linear = instance.mesh, instance.matrix[:3, :3]
     shift = instance.matrix[:3, 3] - origin
-    vertices = (mesh.vertices.astype(np.float64) @ linear.T + shift).astype(np.float32)
+    vertices = (mapped(mesh.vertices.astype(np.float64), linear) + shift).astype(np.float32)
     return WorldMesh(vertices, np.ascontiguousarray(mesh.triangles[:, _order(instance)], dtype=np.int32))
 
 
@@ -82,7 +82,7 @@ def _order(instance: Instance) -> list[int]:
 def world_surface(instance: Instance, origin: Doubles) -> WorldMesh:
     """`world_mesh`, with the faces' normals: for the surface that is baked."""
     linear = instance.matrix[:3, :3]
-    if np.linalg.det(linear) == 0.0:
+    if determinant(linear) == 0.0:
         return world_mesh(instance, origin)
     faces = transformed_normals(instance.mesh.doubled_areas, linear).astype(np.float32)
     return replace(world_mesh(instance, origin), faces=faces)

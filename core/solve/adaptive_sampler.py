@@ -158,7 +158,7 @@ class AdaptiveSampler:
         own = self._estimates[0]
         traced = own.precision.reshape(-1)[probed.texels] > 0.0
         noisy, filtered = (
-            float(probed.weight[traced] @ probed.squares(each)[traced]) for each in (own.value, self.values)
+            float((probed.weight * probed.squares(each))[traced].sum()) for each in (own.value, self.values)
         )
         left = min(max(filtered / noisy, 0.0), 1.0) if noisy > 0.0 else 0.0
         return _OF_BLUR + left * (_OF_EDGES - _OF_BLUR)

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..base import elementary
 from ..base.arrays import Doubles, Longs
 
 _OF_A_PART = 256  # probes at least, so that few of them do not decide
@@ -26,12 +27,14 @@ def calibrated(expected: Doubles, of: Longs, squares: Doubles, weight: Doubles) 
     """
     there = expected.reshape(-1)[of]
     some = np.flatnonzero(there > 0.0)
-    parts = np.array_split(some[np.argsort(there[some])], min(max(len(some) // _OF_A_PART, 1), _MOST_PARTS))
+    parts = np.array_split(
+        some[np.argsort(there[some], kind="stable")], min(max(len(some) // _OF_A_PART, 1), _MOST_PARTS)
+    )
     told = _scaled(expected, [(there[part], squares[part], weight[part]) for part in parts if len(part)])
     if len(some) < len(of):
         nothing = np.flatnonzero(there <= 0.0)
         told[expected <= 0.0] = max(float(np.average(squares[nothing], weights=weight[nothing])), 0.0)
-    measured, together = float(weight @ squares), float(weight @ told.reshape(-1)[of])
+    measured, together = float((weight * squares).sum()), float((weight * told.reshape(-1)[of]).sum())
     return told * (measured / together) if measured > 0.0 and together > 0.0 else told
 
 
@@ -44,7 +47,8 @@ def _scaled(expected: Doubles, parts: Sequence[tuple[Doubles, Doubles, Doubles]]
         return expected.copy()
     means, measured = np.array(known).T
     at_least = np.maximum(expected, means[0])
-    scaled: Doubles = at_least * np.exp(np.interp(np.log(at_least), np.log(means), np.log(measured / means)))
+    by = np.interp(elementary.log(at_least), elementary.log(means), elementary.log(measured / means))
+    scaled: Doubles = at_least * elementary.exp(by)
     return scaled
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.arrays import Doubles, Floats
+from ..base.vectors import dot, length_of
 from ..rays.texel_surface import TexelSurface
 from ..scene.scene import Camera
 
@@ -22,8 +23,8 @@ def cosines_to_reflected(surface: TexelSurface, camera: Camera) -> Doubles:
     passing = surface.part(surface.owner)  # its points are let go again: while rays are traced, memory is at its peak
     positions, normals = (each.astype(np.float64) for each in (passing.positions, passing.normals))
     view = camera.views(positions)
-    length = np.linalg.norm(view, axis=-1)
-    along = -np.einsum("ijk,ijk->ij", view, normals)  # R·n = −d·n
+    length = length_of(view)
+    along = -dot(view, normals)  # R·n = −d·n
     cosines: Doubles = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
     return cosines
 

@@ -169,6 +169,6 @@ def draw(texels: Longs, weight: Doubles, rays: int, trace: Trace, totals: Totals
 
 
 def _quantile(values: Doubles, weight: Doubles, share: float) -> float:
-    order = np.argsort(values)
+    order = np.argsort(values, kind="stable")
     ladder = np.cumsum(weight[order])
     return float(values[order][np.searchsorted(ladder, share * ladder[-1])])

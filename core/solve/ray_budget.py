@@ -85,7 +85,7 @@ class _Ladder:
         squares, rays = blocks.squares[self._where], self._rays * blocks.texels[self._where]
         self._worth = squares / np.maximum(rays, 1.0)
         self.most = float(self._worth.max(initial=0.0))
-        order = np.argsort(self._worth)
+        order = np.argsort(self._worth, kind="stable")
         self._sorted = self._worth[order]
         self._squares_to, self._rays_to = (np.concatenate([[0.0], np.cumsum(each[order])]) for each in (squares, rays))
 
@@ -93,7 +93,7 @@ class _Ladder:
         """The squared errors that are left and the rays that are added at a price."""
         ends = [0, *np.searchsorted(self._sorted, self._steps * price, side="right"), len(self._sorted)]
         squares, rays = (np.diff(each[ends]) for each in (self._squares_to, self._rays_to))
-        return float(squares @ self._left), float(rays @ self._cost)
+        return float((squares * self._left).sum()), float((rays * self._cost).sum())
 
     def take(self, price: float, goal: NDArray[np.int_]) -> None:
         """Write into it what the blocks that grow at a price should have."""

@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..base.arrays import Doubles
+from ..base.elementary import arctan2, cos, sin
 
 _BAND = 1 << 15  # directions at a time
 _PAD = 2
@@ -23,9 +24,9 @@ class SphereTable:
     def __init__(self, function: Callable[[Doubles], Doubles], rows: int) -> None:
         polar = (np.arange(rows) + 0.5) * (np.pi / rows)
         turn = np.arange(2 * rows) * (np.pi / rows)
-        sine = np.sin(polar)[:, np.newaxis]
-        height = np.broadcast_to(np.cos(polar)[:, np.newaxis], (rows, 2 * rows))
-        ways = np.stack([sine * np.cos(turn), sine * np.sin(turn), height], axis=-1).reshape(-1, 3)
+        sine = sin(polar)[:, np.newaxis]
+        height = np.broadcast_to(cos(polar)[:, np.newaxis], (rows, 2 * rows))
+        ways = np.stack([sine * cos(turn), sine * sin(turn), height], axis=-1).reshape(-1, 3)
         values = function(ways).reshape(rows, 2 * rows, -1)
         beyond = np.roll(values, rows, axis=1)
         values = np.concatenate([beyond[:_PAD][::-1], values, beyond[-_PAD:][::-1]])
@@ -41,8 +42,8 @@ class SphereTable:
 
     def _interpolated(self, directions: Doubles) -> Doubles:
         x, y, z = directions.T
-        row = np.arctan2(np.hypot(x, y), z) * (self._rows / np.pi) - 0.5
-        column = np.arctan2(y, x) * (self._rows / np.pi) % (2 * self._rows)
+        row = arctan2(np.sqrt(x * x + y * y), z) * (self._rows / np.pi) - 0.5
+        column = arctan2(y, x) * (self._rows / np.pi) % (2 * self._rows)
         first_row, first_column = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
         down, along = _cubic(row - first_row), _cubic(column - first_column)
         found = np.zeros((len(directions), self._values.shape[2]))

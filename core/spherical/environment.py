@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base.arrays import Doubles, Floats, Reals
 from ..base.errors import InputError
+from ..base.vectors import dot
 from .equirectangular import averaged
 from .octahedral_map import block_sums, directions, middles, sample_weights, solid_angles
 from .prefilter import PrefilteredEnvironment
@@ -42,7 +43,7 @@ class Environment:
     @cached_property
     def luminance(self) -> Doubles:
         """(n, n) float64, of each cell."""
-        luminance: Doubles = self.radiance @ _LUMINANCE
+        luminance: Doubles = dot(self.radiance.astype(np.float64), _LUMINANCE)
         return luminance
 
     @cached_property
@@ -99,7 +100,7 @@ def from_equirectangular(pixels: Floats, n: int, rotation: Doubles | None = None
     """
     _check_size(n)
     _check_light(pixels)
-    means = averaged(pixels, pixels @ _LUMINANCE, n, _samples(n), rotation)
+    means = averaged(pixels, dot(pixels.astype(np.float64), _LUMINANCE), n, _samples(n), rotation)
     return Environment(means.astype(np.float32))
 
 

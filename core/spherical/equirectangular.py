@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Ints
+from ..base.elementary import arccos, arctan2, cos, sin
+from ..base.vectors import mapped
 from .octahedral_map import block_sums, cell_of, directions, middles, octahedral, sample_weights, solid_angles
 
 _BAND = 64  # rows of samples at a time
@@ -18,7 +20,7 @@ _BRIGHT = 4.0  # times the mean
 def pixel_angles(shape: tuple[int, int]) -> Doubles:
     """(h, 1) float64: the solid angle of the pixels of each row."""
     height, width = shape
-    edges = np.cos(np.linspace(0.0, np.pi, height + 1))
+    edges = cos(np.linspace(0.0, np.pi, height + 1))
     angles: Doubles = (-np.diff(edges) * 2.0 * np.pi / width)[:, np.newaxis]
     return angles
 
@@ -57,9 +59,9 @@ def _pixels_met(shape: tuple[int, int], side: int, rotation: Doubles | None) -> 
     for start in range(0, side, _BAND):
         rows = slice(start, start + _BAND)
         ways = directions(middles(side, rows))
-        x, y, z = np.moveaxis(ways if rotation is None else ways @ rotation.T, -1, 0)
-        columns = np.floor((0.5 - np.arctan2(y, x) / (2.0 * np.pi)) * width).astype(np.int32) % width
-        lines = np.floor(np.arccos(np.clip(z, -1.0, 1.0)) / np.pi * height).astype(np.int32)
+        x, y, z = np.moveaxis(ways if rotation is None else mapped(ways, rotation), -1, 0)
+        columns = np.floor((0.5 - arctan2(y, x) / (2.0 * np.pi)) * width).astype(np.int32) % width
+        lines = np.floor(arccos(np.clip(z, -1.0, 1.0)) / np.pi * height).astype(np.int32)
         met[rows] = np.minimum(lines, height - 1) * width + columns
     return met
 
@@ -69,5 +71,5 @@ def _middles_of(which: Flags, rotation: Doubles | None) -> Doubles:
     rows, columns = np.nonzero(which)
     polar = (rows + 0.5) / which.shape[0] * np.pi
     turn = 2.0 * np.pi * (0.5 - (columns + 0.5) / which.shape[1])
-    ways: Doubles = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
-    return ways if rotation is None else np.matmul(ways, rotation)
+    ways: Doubles = np.stack([sin(polar) * cos(turn), sin(polar) * sin(turn), cos(polar)], axis=-1)
+    return ways if rotation is None else mapped(ways, rotation.T)

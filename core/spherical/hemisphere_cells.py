@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..base.arrays import Doubles, Floats, Longs, Reals
+from ..base.elementary import arctan2, cos, sin
 from ..base.errors import InputError
 
 SIDES = (8, 16)  # of the grids that are baked: 64 and 256 cells
@@ -41,7 +42,7 @@ def directions(u: ArrayLike, v: ArrayLike) -> Doubles:
     turn = 0.25 * np.pi * np.divide(other, radius, out=np.zeros_like(radius), where=radius != 0.0)
     angle = np.where(wide, turn, 0.5 * np.pi - turn)
     stretch = np.sqrt(2.0 - radius**2)  # sin θ over r, with cos θ = 1 − r²
-    x, y = radius * stretch * np.cos(angle), radius * stretch * np.sin(angle)
+    x, y = radius * stretch * cos(angle), radius * stretch * sin(angle)
     placed: Doubles = np.stack([x, y, 1.0 - radius**2], axis=-1)
     return placed
 
@@ -52,7 +53,7 @@ def square_of(ways: Reals) -> tuple[Doubles, Doubles]:
     radius = np.sqrt(np.clip(1.0 - z, 0.0, 1.0))
     wide = np.abs(x) > np.abs(y)
     long, short = np.where(wide, x, y), np.where(wide, y, x)
-    share = np.arctan2(short * np.sign(long), np.abs(long)) / (0.25 * np.pi)  # 0 where both are 0
+    share = arctan2(short * np.sign(long), np.abs(long)) / (0.25 * np.pi)  # 0 where both are 0
     major = np.copysign(radius, long)
     minor = major * share
     a, b = np.where(wide, major, minor), np.where(wide, minor, major)

@@ -61,6 +61,6 @@ def _moments(n: int) -> Doubles:
         at = on_octahedron(middles(n) + (2.0 * np.array(signs) - 1.0) / (np.sqrt(3.0) * n))
         length = np.linalg.norm(at, axis=-1, keepdims=True)
         way = at / length
-        sums += length**-3.0 * np.concatenate([np.ones_like(length), way, products(way)], axis=-1)
+        sums += (1.0 / (length * length * length)) * np.concatenate([np.ones_like(length), way, products(way)], axis=-1)
     exact: Doubles = sums * (solid_angles(n) / sums[..., 0])[..., np.newaxis]
     return exact

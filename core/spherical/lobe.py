@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from ..base.arrays import Doubles
+from ..base.elementary import arccos, arcsin, cos, exp, log1p, sin
 from ..base.errors import InputError
 from .hemisphere_cells import gauss
 
@@ -39,9 +40,9 @@ def lobe_nodes(exponent: float, cosines: Doubles) -> tuple[Doubles, Doubles]:
     beta = reach * nodes
     weights = ring[..., None] * reach * shares / np.pi  # both halves of the circle
     sine, cosine = (each[:, None, None] for each in (np.sqrt(np.maximum(1.0 - cosines**2, 0.0)), cosines))
-    along, off = np.cos(alpha)[..., None], np.sin(alpha)[..., None]
-    upward = off * np.cos(beta)
-    ways = np.stack([along * sine - upward * cosine, off * np.sin(beta), along * cosine + upward * sine], axis=-1)
+    along, off = cos(alpha)[..., None], sin(alpha)[..., None]
+    upward = off * cos(beta)
+    ways = np.stack([along * sine - upward * cosine, off * sin(beta), along * cosine + upward * sine], axis=-1)
     count = len(cosines)
     return ways.reshape(count, -1, 3), weights.reshape(count, -1)
 
@@ -50,21 +51,21 @@ def _rings(exponent: float, cosines: Doubles) -> tuple[Doubles, Doubles]:
     """α of the circles, (C, 2 · _RINGS), and the lobe's weight on each, as if they were whole."""
     nodes, shares = gauss(_RINGS)
     last = min(0.5 * np.pi, _FAR / np.sqrt(exponent + 1.0))
-    whole = np.minimum(np.arcsin(np.clip(cosines, 0.0, 1.0)), last)[:, None]
+    whole = np.minimum(arcsin(np.clip(cosines, 0.0, 1.0)), last)[:, None]
     cut = last - whole
     alpha = np.concatenate([whole * nodes, whole + cut * nodes**2], axis=1)
     steps = np.concatenate([whole * shares, cut * 2.0 * nodes * shares], axis=1)
     with np.errstate(divide="ignore"):  # log 0 at 90° is power 0
-        power = np.exp(exponent * np.log1p(-2.0 * np.sin(0.5 * alpha) ** 2)) if exponent else np.ones_like(alpha)
-    return alpha, (exponent + 1.0) * power * np.sin(alpha) * steps
+        power = exp(exponent * log1p(-2.0 * sin(0.5 * alpha) ** 2)) if exponent else np.ones_like(alpha)
+    return alpha, (exponent + 1.0) * power * sin(alpha) * steps
 
 
 def _arcs(alpha: Doubles, cosines: Doubles) -> Doubles:
     """β₀ of each circle: how far it goes to either side before it meets the horizon, π where it does not."""
-    theta = np.arccos(np.clip(cosines, 0.0, 1.0))[:, None]
-    below = np.cos(alpha) * np.cos(theta)
-    level = np.sin(alpha) * np.sin(theta)
-    reach: Doubles = np.where(below >= level, np.pi, np.arccos(-below / np.maximum(level, below)))
+    theta = arccos(np.clip(cosines, 0.0, 1.0))[:, None]
+    below = cos(alpha) * cos(theta)
+    level = sin(alpha) * sin(theta)
+    reach: Doubles = np.where(below >= level, np.pi, arccos(-below / np.maximum(level, below)))
     return reach
 
 
@@ -83,14 +84,12 @@ def open_horizon(exponent: float, cosines: Doubles) -> Doubles:
     lobe, between = _cosine_power(elevations, exponent), _cosine_power(middles, exponent)
     pieces = lobe[:-1] + 4.0 * between + lobe[1:]  # Simpson's rule; the width cancels
     integral = np.concatenate([[0.0], np.cumsum(pieces)])
-    openness: Doubles = 0.5 + 0.5 * np.interp(
-        np.arcsin(np.clip(cosines, 0.0, 1.0)), elevations, integral / integral[-1]
-    )
+    openness: Doubles = 0.5 + 0.5 * np.interp(arcsin(np.clip(cosines, 0.0, 1.0)), elevations, integral / integral[-1])
     return openness
 
 
 def _cosine_power(angles: Doubles, exponent: float) -> Doubles:
     """cosᵉ, by log cos x = log1p(−2 sin²(x/2)): the cosine of a small angle would lose what a large exponent needs."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        power: Doubles = np.exp(exponent * np.log1p(-2.0 * np.sin(0.5 * angles) ** 2))
+        power: Doubles = exp(exponent * log1p(-2.0 * sin(0.5 * angles) ** 2))
     return np.where(angles >= 0.5 * np.pi, float(exponent == 0.0), power)

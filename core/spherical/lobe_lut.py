@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 
 from ..base.arrays import Doubles, Floats
+from ..base.elementary import cos
 from .spherical_harmonics import basis, lobe_terms, orders
 
 DEGREE = 3
@@ -70,7 +71,7 @@ def _spline_matrix(count: int) -> Doubles:
 
 def _smooth_terms(exponent: float, cosines: Doubles) -> Doubles:
     """`lobe_terms` over (sin θ)^m."""
-    held = np.minimum(cosines, np.cos(_NEAREST))
+    held = np.minimum(cosines, cos(_NEAREST))
     sines = np.sqrt(1.0 - held**2)
     terms: Doubles = lobe_terms(exponent, held, DEGREE) / sines[:, None] ** [m for _, m in orders(DEGREE)]
     return terms
@@ -78,7 +79,7 @@ def _smooth_terms(exponent: float, cosines: Doubles) -> Doubles:
 
 def _mirror(cosines: Doubles) -> Doubles:
     """The limit of an exponent without end: Y_lm at R, of which the horizon leaves half."""
-    held = np.minimum(cosines, np.cos(_NEAREST))
+    held = np.minimum(cosines, cos(_NEAREST))
     sines = np.sqrt(1.0 - held**2)
     values = basis(np.stack([sines, np.zeros_like(held), held], axis=1), DEGREE)
     terms: Doubles = np.stack([values[:, l * (l + 1) + m] / sines**m for l, m in orders(DEGREE)], axis=1)  # noqa: E741

@@ -15,6 +15,8 @@ from functools import lru_cache
 import numpy as np
 
 from ..base.arrays import Doubles, Longs, Reals
+from ..base.elementary import arctan2
+from ..base.vectors import dot, length_of
 
 
 def octahedral(directions: Reals) -> Doubles:
@@ -58,9 +60,9 @@ def solid_angles(n: int) -> Doubles:
     """(n, n) float64, in steradians, for an even n; not to be written to. A. van Oosterom & J. Strackee, The Solid
     Angle of a Plane Triangle, 1983."""
     a, b, c = np.moveaxis(_triangles(n), -2, 0)
-    volume = np.einsum("...i,...i->...", a, np.cross(b, c))
-    edges = 1.0 + sum(np.einsum("...i,...i->...", one, other) for one, other in ((a, b), (b, c), (c, a)))
-    angles: Doubles = 2.0 * np.arctan2(volume, edges).sum(axis=0)
+    volume = dot(a, np.cross(b, c))
+    edges = 1.0 + sum(dot(one, other) for one, other in ((a, b), (b, c), (c, a)))
+    angles: Doubles = 2.0 * arctan2(volume, edges).sum(axis=0)
     angles.setflags(write=False)
     return angles
 
@@ -69,7 +71,7 @@ def sample_weights(n: int, count: int) -> Doubles:
     """(n · count, n · count) float64: the solid angles that the middles of count × count parts of each cell stand for;
     they add up to the cell's own, for an even n."""
     side = n * count
-    weights = np.linalg.norm(on_octahedron(middles(side)), axis=-1) ** -3.0
+    weights = 1.0 / length_of(on_octahedron(middles(side))) ** 3
     shares: Doubles = weights * repeated(solid_angles(n) / block_sums(weights, n), count)
     return shares
 

@@ -19,8 +19,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..base import elementary
 from ..base.arrays import Doubles, Floats, Longs, Reals
+from ..base.elementary import arccos
 from ..base.parallel import for_each
+from ..base.vectors import dot, length_of
 from .direction_table import SphereTable
 from .light_clusters import LightClusters, light_clusters, products
 from .octahedral_map import cell_of, octahedral
@@ -105,26 +108,27 @@ def _alike(axes: Doubles) -> Iterator[Longs]:
 def _reached(points: LightClusters, axes: Doubles, exponent: float) -> LightClusters:
     """The points that lobes about these axes reach."""
     middle = axes.mean(axis=0)
-    middle /= np.linalg.norm(middle)
-    angle = np.arccos(np.clip(points.mean @ middle, -1.0, 1.0))
-    lobe = np.arccos(_NOTHING ** (1.0 / exponent)) if exponent > 0.0 else 0.5 * np.pi
-    reach = lobe + np.arccos(np.clip((axes @ middle).min(), -1.0, 1.0))
+    middle /= length_of(middle)
+    angle = arccos(np.clip(dot(points.mean, middle), -1.0, 1.0))
+    lobe = arccos(elementary.power(_NOTHING, 1.0 / exponent)) if exponent > 0.0 else 0.5 * np.pi
+    reach = lobe + arccos(np.clip(dot(axes, middle).min(), -1.0, 1.0))
     return points.part(angle - points.width < reach)
 
 
 def _sum(points: LightClusters, axes: Doubles, normals: Doubles | None, exponent: float) -> Doubles:
     """Σ energy times the lobe, over what of each point is above the horizon. normals None: as the axes."""
     real = np.float32 if exponent < 1e3 else np.float64  # cosines of narrow lobes need their digits
-    mean, covariance, energy = (each.astype(real) for each in (points.mean.T, points.covariance.T, points.energy))
-    cosine: Reals = np.matmul(axes.astype(real), mean)
-    variance: Reals = np.matmul((products(axes) * np.repeat([1.0, 2.0], 3)).astype(real), covariance)
+    mean: Reals = points.mean.T.astype(real)
+    covariance: Reals = points.covariance.T.astype(real)
+    cosine: Reals = _product(axes.astype(real), mean)
+    variance: Reals = _product((products(axes) * np.repeat([1.0, 2.0], 3)).astype(real), covariance)
     width: Reals = points.width.astype(real)
     if normals is None:
         if exponent >= 1.0:
             width = np.sqrt(12.0 * np.maximum(variance, 1e-13))
         above, lean = _above(cosine, width), 1.0
     else:
-        above = _above(np.matmul(normals.astype(real), mean), width)
+        above = _above(_product(normals.astype(real), mean), width)
         lean = (axes * normals).sum(axis=1, keepdims=True).astype(real)
     if exponent < 1.0:  # such a lobe ends in a step, as the horizon does
         above = np.minimum(above, _above(cosine, width))
@@ -133,8 +137,17 @@ def _sum(points: LightClusters, axes: Doubles, normals: Doubles | None, exponent
         cosine += 0.5 * (exponent - 1.0) * variance / np.maximum(cosine, width)
     lobe = _power(cosine, exponent)
     lobe *= above
-    light: Doubles = np.matmul(lobe, energy)
-    return light
+    light = [(lobe * channel).sum(axis=1) for channel in points.energy.T.astype(real)]
+    gathered: Doubles = np.stack(light, axis=1).astype(np.float64)
+    return gathered
+
+
+def _product(rows: Reals, columns: Reals) -> Reals:
+    """(N, K) times (K, P) → (N, P), term by term, for a small K (vectors.py says why)."""
+    result: Reals = np.multiply(rows[:, :1], columns[0])
+    for term in range(1, len(columns)):
+        result += rows[:, term : term + 1] * columns[term]
+    return result
 
 
 def _above(height: Reals, width: Reals) -> Reals:
@@ -145,10 +158,8 @@ def _above(height: Reals, width: Reals) -> Reals:
 
 
 def _power(cosines: Reals, exponent: float) -> Reals:
-    """cosᵉ, in place; as good as 0 below 0."""
+    """cosᵉ; as good as 0 below 0. The cosines are let go."""
     np.maximum(cosines, 0.0 if exponent == 1.0 else 1e-6, out=cosines)
-    if exponent != 1.0:
-        np.log(cosines, out=cosines)
-        cosines *= exponent
-        np.exp(cosines, out=cosines)
-    return cosines
+    if exponent == 1.0:
+        return cosines
+    return elementary.powers(cosines, exponent) if cosines.dtype == np.float32 else elementary.power(cosines, exponent)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Floats, Reals
+from ..base.elementary import arctan2, cos, product
 from ..base.errors import InputError
 from .hemisphere_cells import check_cells, integrals
 from .lobe import check_exponent, lobe_nodes
@@ -70,8 +71,7 @@ def fit(cells: Floats, degree: int) -> Floats:
     check_degree(degree)
     check_cells(cells)
     matrix = _fit_matrix(degree, cells.shape[1])
-    code: Floats = cells.reshape(len(cells), -1) @ matrix.astype(np.float32).T
-    return code
+    return product(cells.reshape(len(cells), -1), matrix.astype(np.float32).T)
 
 
 @lru_cache
@@ -97,10 +97,10 @@ def rebuild(code: Floats, reflected: Reals, exponent: float) -> Floats:
     degree = _degree_of(code)
     x, y, z = (np.asarray(reflected[:, axis], dtype=np.float64) for axis in range(3))
     table = _lobe_table(check_exponent(exponent), degree)
-    place = np.arctan2(np.hypot(x, y), np.maximum(z, 0.0)) * ((_ANGLES - 1) / (0.5 * pi))
+    place = arctan2(np.sqrt(x * x + y * y), np.maximum(z, 0.0)) * ((_ANGLES - 1) / (0.5 * pi))
     first = np.minimum(place.astype(np.int64), _ANGLES - 2)
     terms = table[first] + (place - first)[:, None] * (table[first + 1] - table[first])
-    length = np.hypot(x, y)
+    length = np.sqrt(x * x + y * y)
     turn = np.divide(x + 1j * y, length, out=np.ones(len(x), dtype=np.complex128), where=length > 0.0)
     powers = _azimuths(turn, degree)
     sums = np.zeros(len(code))
@@ -124,7 +124,7 @@ def lobe_terms(exponent: float, cosines: Doubles, degree: int) -> Doubles:
         legendre = _legendre(ways[..., 2], degree)
         powers = _azimuths(ways[..., 0] + 1j * ways[..., 1], degree)
         for column, (_, m) in enumerate(orders(degree)):
-            terms[part, column] = np.einsum("cq,cq,cq->c", weights, legendre[column], powers[m].real)
+            terms[part, column] = (weights * legendre[column] * powers[m].real).sum(axis=1)
     return terms
 
 
@@ -141,7 +141,7 @@ def _degree_of(code: Floats) -> int:
 @lru_cache(maxsize=32)
 def _lobe_table(exponent: float, degree: int) -> Doubles:
     """`lobe_terms` at _ANGLES angles of R, from the normal to the horizon."""
-    return lobe_terms(exponent, np.cos(np.linspace(0.0, 0.5 * pi, _ANGLES)), degree)
+    return lobe_terms(exponent, cos(np.linspace(0.0, 0.5 * pi, _ANGLES)), degree)
 
 
 def _legendre(z: Doubles, degree: int) -> list[Doubles]:
@@ -172,6 +172,9 @@ def _open_code(degree: int) -> Doubles:
     return np.concatenate([[sqrt(4.0 * pi)], np.zeros(count_of(degree) - 1)])
 
 
+_DIGITS = 12  # after the point: beyond them is what each processor's linear algebra rounds in its own way
+
+
 @lru_cache
 def _fit_matrix(degree: int, side: int) -> Doubles:
     """((degree+1)², side²): what each cell adds to each coefficient.
@@ -189,5 +192,6 @@ def _fit_matrix(degree: int, side: int) -> Doubles:
     count = count_of(degree)
     gram = integrals(products, 8).sum(axis=0).reshape(count, count)
     matrix = np.linalg.solve(gram + _REGULAR * np.eye(count), integrals(weighted, side).T)
-    left: Doubles = matrix + (_open_code(degree) - matrix.sum(axis=1))[:, None] / side**2
-    return left
+    left = matrix + (_open_code(degree) - matrix.sum(axis=1))[:, None] / side**2
+    rounded: Doubles = np.round(left, _DIGITS) + 0.0  # no -0
+    return rounded

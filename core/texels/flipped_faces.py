@@ -10,6 +10,7 @@ from enum import IntEnum
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Ints
+from ..base.elementary import cos, sin
 from ..base.kernel_api import Control
 from ..base.triangles import unit_normals
 from ..rays.texel_surface import TexelSurface
@@ -107,7 +108,7 @@ def _around(normals: Doubles) -> Iterator[Floats]:
     over = np.cross(normals, along)
     for i in range(_RAYS):
         part, turn = (i + 0.5) / _RAYS, 2.399963229728653 * i
-        x, y, z = np.sqrt(part) * np.cos(turn), np.sqrt(part) * np.sin(turn), np.sqrt(1.0 - part)
+        x, y, z = np.sqrt(part) * cos(turn), np.sqrt(part) * sin(turn), np.sqrt(1.0 - part)
         yield (x * along + y * over + z * normals).astype(np.float32)
 
 

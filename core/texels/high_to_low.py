@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
+from ..base.elementary import arccos
 from ..base.errors import InputError
 from ..base.kernel_api import Control
 from ..base.triangles import area_of, texels_of, unit_normals
@@ -140,7 +141,7 @@ def _flowing_normals(low: WorldMesh) -> Floats:
     edges = np.roll(corners, -1, axis=1) - corners
     sides = edges / np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-300)
     faces = unit_normals(corners)
-    angles = np.arccos(np.clip(-(sides * np.roll(sides, 1, axis=1)).sum(axis=2), -1.0, 1.0))
+    angles = arccos(np.clip(-(sides * np.roll(sides, 1, axis=1)).sum(axis=2), -1.0, 1.0))
     place = np.unique(low.vertices, axis=0, return_inverse=True)[1].ravel()[low.triangles]
     sums = np.zeros((int(place.max()) + 1, 3))
     for corner in range(3):

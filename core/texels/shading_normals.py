@@ -16,7 +16,7 @@ from ..base.arrays import Doubles, Floats, Longs
 from ..base.errors import InputError
 from ..base.parallel import for_each
 from ..base.triangles import texels_of
-from ..base.vectors import transformed_normals, unit
+from ..base.vectors import determinant, transformed_normals, unit, weighted
 from ..rays.texel_surface import TexelSurface
 from ..scene.image_texture import ImageTexture, sampled
 from ..scene.normal_map import PLAIN, NormalMap
@@ -43,7 +43,7 @@ def with_shading_normals(
             f"{frames.target.name}: a normal map of {len(normal_map.layer)} triangles is laid over a mesh of "
             f"{len(surface.mesh.triangles)}; make it anew"
         )
-    if np.linalg.det(frames.target.matrix[:3, :3]) == 0.0:  # flattened: its normals are those of its faces
+    if determinant(frames.target.matrix[:3, :3]) == 0.0:  # flattened: its normals are those of its faces
         return surface
     sound = np.isfinite(normal_map.uv).all(axis=(1, 2))
     laid = replace(normal_map, layer=np.where(sound, normal_map.layer, np.int32(PLAIN)))
@@ -92,7 +92,7 @@ def _normals(laid: NormalMap, textures: Sequence[ImageTexture], frames: TexelFra
         here = np.flatnonzero(layer == number)
         if len(here):
             own = frames.frames_of(laid.layers[number].tangents, texels[here])
-            place = np.einsum("nc,nca->na", weights[here], laid.uv[triangle[here]].astype(np.float64))
+            place = weighted(weights[here], laid.uv[triangle[here]].astype(np.float64))
             x, y, z = np.moveaxis(sampled(texture, place)[:, :, np.newaxis].astype(np.float64), 1, 0)
             mapped = unit(x * own.tangent + y * own.bitangent + z * own.normal)
             normals[here] = np.where(mapped.any(axis=1, keepdims=True), mapped, normals[here])

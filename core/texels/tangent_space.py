@@ -15,7 +15,7 @@ import numpy as np
 from ..base.arrays import Doubles, Floats, Ints, Longs, Reals
 from ..base.errors import InputError
 from ..base.triangles import texels_of, unit_normals
-from ..base.vectors import unit
+from ..base.vectors import determinant, dot, mapped, unit, weighted
 from ..rays.texel_surface import TexelSurface
 from ..scene.scene import Instance
 from ..scene.world_mesh import WorldMesh
@@ -106,22 +106,23 @@ class TexelFrames:
 
 def to_object(directions: Doubles, matrix: Doubles) -> Doubles:
     """Directions of world space that are read as normals, (N, 3), in object space: unit, zero where they are."""
-    return unit(directions @ matrix[:3, :3])
+    return unit(mapped(directions, matrix[:3, :3].T))
 
 
 def in_frames(directions: Doubles, frames: TangentFrames) -> Doubles:
     """Object-space directions, (N, 3), told by frames: what times tangent, bitangent and normal gives them. Unit."""
-    axes = np.stack([frames.tangent, frames.bitangent, frames.normal], axis=2)
-    singular = np.abs(np.linalg.det(axes)) < 1e-9
-    axes[singular] = np.eye(3)
-    return unit(np.linalg.solve(axes, directions[:, :, np.newaxis])[:, :, 0])
+    axes = (frames.tangent, frames.bitangent, frames.normal)
+    across = np.stack([np.cross(axes[(i + 1) % 3], axes[(i + 2) % 3]) for i in range(3)], axis=1)  # Cramer's rule
+    volume = dot(frames.tangent, across[:, 0])
+    parts = np.sign(volume)[:, np.newaxis] * dot(across, directions[:, np.newaxis])
+    return unit(np.where(np.abs(volume)[:, np.newaxis] < 1e-9, directions, parts))
 
 
 def world_tangents(frames: TangentFrames, matrix: Doubles) -> Floats:
     """(N, 4) float32: the tangents in world space, and the bitangents' signs there, as the kernel takes them."""
     linear = matrix[:3, :3]
-    flipped = -1.0 if np.linalg.det(linear) < 0.0 else 1.0
-    rows = np.concatenate([unit(frames.tangent @ linear.T), flipped * frames.sign[:, np.newaxis]], axis=1)
+    flipped = -1.0 if determinant(linear) < 0.0 else 1.0
+    rows = np.concatenate([unit(mapped(frames.tangent, linear)), flipped * frames.sign[:, np.newaxis]], axis=1)
     return np.ascontiguousarray(rows, dtype=np.float32)
 
 
@@ -134,5 +135,4 @@ def _flat(uv: Floats) -> WorldMesh:
 
 def _interpolated(corners: Reals, weights: Doubles) -> Doubles:
     """(N, 3, 3) values at corners and (N, 3) weights → (N, 3) float64."""
-    values: Doubles = np.einsum("nij,ni->nj", corners.astype(np.float64), weights)
-    return values
+    return weighted(weights, corners.astype(np.float64))

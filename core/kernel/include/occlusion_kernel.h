@@ -26,7 +26,7 @@ extern "C" {
 #define OB_CONSTANT inline
 #endif
 
-enum { OB_ABI_VERSION = 16 };
+enum { OB_ABI_VERSION = 17 };
 
 enum ob_status {
   OB_OK = 0,
@@ -136,6 +136,7 @@ typedef struct ob_control {
 typedef struct ob_device_info {
   int32_t version[3];
   int32_t native_width; /* 16, 8, 4 or 1: the widest packet Embree traces natively on this processor */
+  int32_t vector_width; /* 16, 8 or 4: lanes of the vectors that the kernel itself has for it */
 } ob_device_info;
 
 /* Texels of one mesh: owner[y * width + x] is the triangle that owns the texel, -1 none. */
@@ -336,6 +337,22 @@ OB_API int32_t ob_interior(ob_scene *scene, const ob_surface *surface, int32_t o
 /* Processor cycles of all ob_trace calls so far, inside Embree and in all; either may be NULL. Zeros unless built with
  * OCCLUSION_PROFILE. */
 OB_API void ob_profile(int64_t *embree_cycles, int64_t *all_cycles);
+
+enum ob_function { OB_SIN, OB_COS, OB_EXP, OB_LOG, OB_LOG1P, OB_ACOS };
+
+/* y[i] = f(x[i]), by functions whose every bit is the same on all systems (src/elementary.h says how far they go). What
+ * has no value is not a number. */
+OB_API int32_t ob_elementary(int32_t function, const double *x, int64_t count, double *y);
+
+/* y[i] = x[i]^exponent, likewise, but in single precision and faster: of numbers above 0 and up to about 1. */
+OB_API int32_t ob_powers(const float *x, int64_t count, float exponent, float *y);
+
+/* c = a b, likewise in single precision: a is rows x inner, b inner x columns, c rows x columns. */
+OB_API int32_t ob_product(const float *a, const float *b, int64_t rows, int64_t inner, int64_t columns, int32_t threads,
+                          float *c);
+
+/* angle[i] = atan2(y[i], x[i]), likewise. */
+OB_API int32_t ob_atan2(const double *y, const double *x, int64_t count, double *angle);
 
 #ifdef __cplusplus
 }

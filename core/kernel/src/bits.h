@@ -3,10 +3,6 @@
 
 #include <cstdint>
 
-#if defined(_MSC_VER) && !defined(__clang__)
-#include <intrin.h>
-#endif
-
 namespace ob {
 
 constexpr int32_t kWordBits = 64;
@@ -15,26 +11,10 @@ constexpr uint64_t kAllBits = ~uint64_t{0};
 inline int32_t words_for(int32_t bits) { return (bits + kWordBits - 1) / kWordBits; }
 
 // Of a word that is not 0.
-inline int32_t lowest_bit(uint64_t word) {
-#if defined(_MSC_VER) && !defined(__clang__)
-  unsigned long bit = 0;
-  _BitScanForward64(&bit, word);
-  return static_cast<int32_t>(bit);
-#else
-  return __builtin_ctzll(word);
-#endif
-}
+inline int32_t lowest_bit(uint64_t word) { return __builtin_ctzll(word); }
 
 // The largest k with 2^k <= value; value > 0.
-inline int32_t floor_log2(int32_t value) {
-#if defined(_MSC_VER) && !defined(__clang__)
-  unsigned long bit = 0;
-  _BitScanReverse(&bit, static_cast<unsigned long>(value));
-  return static_cast<int32_t>(bit);
-#else
-  return 31 - __builtin_clz(static_cast<unsigned>(value));
-#endif
-}
+inline int32_t floor_log2(int32_t value) { return 31 - __builtin_clz(static_cast<unsigned>(value)); }
 
 // Sets bits first to last - 1.
 inline void set_bits(uint64_t *words, int32_t first, int32_t last) {

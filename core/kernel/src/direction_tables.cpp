@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "elementary.h"
 #include "parallel.h"
 #include "sobol.h"
 #include "status.h"
@@ -28,8 +29,8 @@ void concentric_disk(double u, double v, double &x, double &y) {
   const bool wide = std::fabs(a) > std::fabs(b);
   const double radius = wide ? a : b;
   const double angle = wide ? (kPi / 4.0) * (b / a) : kPi / 2.0 - (kPi / 4.0) * (a / b);
-  x = radius * std::cos(angle);
-  y = radius * std::sin(angle);
+  x = radius * elementary::cos(angle);
+  y = radius * elementary::sin(angle);
 }
 
 // 1 - cos of the angle off the axis of a lobe of density (e+1)/(2 pi) cos^e, at r^2 of the disk: 1 - r^2 is uniform
@@ -38,7 +39,7 @@ double versine_of(double r2, double exponent) {
   if (exponent == 1.0) { // the cosine lobe, which most maps are of, without logarithms
     return r2 / (1.0 + std::sqrt(1.0 - r2));
   }
-  return r2 >= 1.0 ? 1.0 : -std::expm1(std::log1p(-r2) / (exponent + 1.0));
+  return r2 >= 1.0 ? 1.0 : -elementary::expm1(elementary::log1p(-r2) / (exponent + 1.0));
 }
 
 // About +z. share: what is left of the lobe within its narrowest cosine.
@@ -108,7 +109,7 @@ double weight(const ob_map &map, double cosine) {
   if (!(cosine > 0.0) || cosine < map.cosine) {
     return 0.0;
   }
-  return (map.exponent + 1.0) / (2.0 * kPi) * std::pow(cosine, map.exponent) * solid_angle / share_of_lobe(map);
+  return (map.exponent + 1.0) / (2.0 * kPi) * elementary::pow(cosine, map.exponent) * solid_angle / share_of_lobe(map);
 }
 
 constexpr uint32_t spread_bits(uint32_t x) { // 16 bits to the even ones
@@ -285,7 +286,7 @@ std::vector<Chunk> chunks_of(const Plan &plan) {
 }
 
 double share_of_lobe(const ob_map &map) {
-  return map.cosine > 0.0 ? -std::expm1((map.exponent + 1.0) * std::log(map.cosine)) : 1.0;
+  return map.cosine > 0.0 ? -elementary::expm1((map.exponent + 1.0) * elementary::log(map.cosine)) : 1.0;
 }
 
 void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, const ob_light *light,

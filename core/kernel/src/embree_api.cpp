@@ -1,6 +1,7 @@
 #include "embree_api.h"
 
 #if defined(_WIN32)
+#define NOMINMAX
 #include <windows.h>
 #else
 #include <dlfcn.h>
@@ -10,10 +11,32 @@ namespace ob {
 namespace {
 
 #if defined(_WIN32)
+// UTF-8 as Windows takes it: paths of any letters.
+std::wstring utf16(const char *text) {
+  const int length = MultiByteToWideChar(CP_UTF8, 0, text, -1, nullptr, 0); // its end among it
+  std::wstring wide(length > 0 ? static_cast<size_t>(length) : 1, L'\0');
+  MultiByteToWideChar(CP_UTF8, 0, text, -1, wide.data(), length);
+  return wide;
+}
+
+const char *reason(DWORD code) {
+  switch (code) {
+  case ERROR_MOD_NOT_FOUND:
+    return "it, or a library that it needs, is not there";
+  case ERROR_BAD_EXE_FORMAT:
+    return "it is for processors of another kind";
+  case ERROR_FILENAME_EXCED_RANGE:
+    return "its path is too long";
+  default:
+    return "Windows refused it";
+  }
+}
+
 void *open_library(const char *path, std::string &error) {
-  void *library = reinterpret_cast<void *>(LoadLibraryExA(path, nullptr, LOAD_WITH_ALTERED_SEARCH_PATH));
+  void *library = reinterpret_cast<void *>(LoadLibraryExW(utf16(path).c_str(), nullptr, LOAD_WITH_ALTERED_SEARCH_PATH));
   if (library == nullptr) {
-    error = std::string(path) + " cannot be loaded (Windows error " + std::to_string(GetLastError()) + ")";
+    const DWORD code = GetLastError();
+    error = std::string(path) + " cannot be loaded: " + reason(code) + " (Windows error " + std::to_string(code) + ")";
   }
   return library;
 }

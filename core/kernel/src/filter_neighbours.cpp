@@ -179,7 +179,8 @@ private:
   };
 
   static int level_of(float spacing) {
-    return static_cast<int>(std::ceil(std::log2(kCell * static_cast<double>(spacing))));
+    int level = 0; // the least k with 2^k above the size, or at it
+    return std::frexp(kCell * static_cast<double>(spacing), &level) == 0.5 ? level - 1 : level;
   }
 
   static int64_t place(double coordinate, double cell) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "elementary.h"
 #include "parallel.h"
 #include "scene.h"
 #include "status.h"
@@ -35,8 +36,8 @@ std::array<Direction, kLines> lines() {
   for (int i = 0; i < kLines; ++i) {
     const double z = 1.0 - (i + 0.5) / kLines;
     const double radius = std::sqrt(1.0 - z * z);
-    directions[static_cast<size_t>(i)] = {static_cast<float>(radius * std::cos(kGoldenAngle * i)),
-                                          static_cast<float>(radius * std::sin(kGoldenAngle * i)),
+    directions[static_cast<size_t>(i)] = {static_cast<float>(radius * elementary::cos(kGoldenAngle * i)),
+                                          static_cast<float>(radius * elementary::sin(kGoldenAngle * i)),
                                           static_cast<float>(z)};
   }
   return directions;

@@ -1,17 +1,16 @@
 // Which build of the packet code this processor runs.
 #include "packets.h"
 
+#include "processor.h"
+
 namespace ob {
 
 const PacketCode &choose_code(int width) {
-#if defined(__x86_64__) && defined(__GNUC__)
-  __builtin_cpu_init();
-  const bool avx2 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-  if (width == 16 && avx2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
-      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")) {
+#if defined(__x86_64__)
+  if (width == 16 && instruction_set() == InstructionSet::kAvx512) {
     return kAvx512Packets;
   }
-  if (width >= 8 && avx2) {
+  if (width >= 8 && instruction_set() != InstructionSet::kBaseline) {
     return kAvx2Packets;
   }
 #endif

@@ -219,6 +219,10 @@ struct PacketCode {
   void (*compute_guide)(const Neighbours &, int64_t index, const Passes &);
   void (*gather_guides)(const Neighbours &, int64_t index, const Passes &);
   void (*filter)(const Neighbours &, int64_t index, const Passes &, Lanes &value, Lanes &error);
+  // Powers of any number of numbers above 0, up to about 1.
+  void (*powers)(const float *x, int64_t count, float exponent, float *y);
+  // c = a b: rows x inner times inner x columns, these a multiple of kLanes.
+  void (*multiply)(const float *a, const float *b, int64_t rows, int64_t inner, int64_t columns, float *c);
   // Values of fine points by the coarse ones around them, an even number; what of their expected squared errors is that
   // of the coarse ones, and what is detail between them.
   void (*upsample)(const FinePoints &, const CoarseSample *, int count, float sharpness, float per_slope2, Lanes &value,
@@ -226,7 +230,7 @@ struct PacketCode {
 };
 
 extern const PacketCode kBaselinePackets;
-#if defined(__x86_64__) || defined(_M_X64)
+#if defined(__x86_64__)
 extern const PacketCode kAvx2Packets;
 extern const PacketCode kAvx512Packets;
 #endif

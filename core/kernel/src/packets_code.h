@@ -27,6 +27,11 @@ using Wide = float __attribute__((vector_size(4 * kWide), aligned(4 * kWide), ma
 OB_INLINE Wide part_of(const Lanes &lanes, int part) { return reinterpret_cast<const Wide *>(&lanes)[part]; }
 OB_INLINE void set_part(Lanes &lanes, int part, Wide value) { reinterpret_cast<Wide *>(&lanes)[part] = value; }
 OB_INLINE Wide widened(float x) { return x - Wide{}; }
+OB_INLINE Wide load(const float *from) {
+  Wide wide;
+  __builtin_memcpy(&wide, from, sizeof(wide));
+  return wide;
+}
 OB_INLINE Wide positive(Wide x) { return x > 0.0F ? x : Wide{}; }
 
 OB_INLINE Lanes dot(const Lanes3 &a, const Lanes3 &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
@@ -41,6 +46,8 @@ OB_INLINE Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 #include "filter_frames_code.h"
 #include "filter_samples_code.h"
 #include "frames_code.h"
+#include "power_code.h"
+#include "product_code.h"
 #include "rays_code.h"
 #include "surface_filter_code.h"
 #include "upsample_code.h"
@@ -57,6 +64,8 @@ constexpr PacketCode kCode = {spread_points,
                               compute_guide,
                               gather_guides,
                               filter,
+                              powers,
+                              multiply,
                               upsample};
 
 } // namespace

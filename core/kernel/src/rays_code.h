@@ -3,6 +3,7 @@
 
 #include "frames_code.h"
 #include "packets.h"
+#include "power_code.h"
 #include "profile.h"
 
 namespace ob {
@@ -51,12 +52,6 @@ OB_INLINE WideMask to_lanes(uint32_t bits, int part) {
   constexpr LaneBits kBit = {1U << 0, 1U << 1, 1U << 2,  1U << 3,  1U << 4,  1U << 5,  1U << 6,  1U << 7,
                              1U << 8, 1U << 9, 1U << 10, 1U << 11, 1U << 12, 1U << 13, 1U << 14, 1U << 15};
   return (part_of(kBit, part) & (WideBits{} + bits)) != 0U;
-}
-
-OB_INLINE Wide load(const float *from) {
-  Wide wide;
-  __builtin_memcpy(&wide, from, sizeof(wide));
-  return wide;
 }
 
 // A part of a group to or from one field of its kLanes / W packets.
@@ -150,16 +145,6 @@ OB_INLINE Wide visibility(const RayBatch &batch, const Wide &end) {
   }
   const Wide share = minimum(end * (1.0F / batch.distance), widened(1.0F));
   return batch.falloff == OB_FALLOFF_LINEAR ? share : share * share * (3.0F - 2.0F * share);
-}
-
-OB_INLINE Wide power(Wide x, float exponent) {
-  if (exponent == 1.0F) {
-    return x;
-  }
-  for (int l = 0; l < kWide; ++l) {
-    x[l] = __builtin_powf(x[l], exponent);
-  }
-  return x;
 }
 
 OB_INLINE Wide magnitude(const Wide &x) { return x < 0.0F ? -x : x; }

@@ -6,6 +6,7 @@
 #include <new>
 
 #include "parallel.h"
+#include "processor.h"
 #include "profile.h"
 #include "status.h"
 
@@ -214,6 +215,7 @@ int32_t ob_device_open(const char *embree_path, int32_t threads, ob_device **dev
       info->version[part] = static_cast<int32_t>(opened->embree.get_device_property(opened->handle, property));
     }
     info->native_width = opened->native_width;
+    info->vector_width = ob::vector_width();
     if (info->version[0] != 4 || info->version[1] < 3) {
       return ob::fail(OB_NO_EMBREE, std::string(embree_path) + " is Embree " + std::to_string(info->version[0]) + "." +
                                         std::to_string(info->version[1]) + "; 4.3 or a later 4.x is needed");

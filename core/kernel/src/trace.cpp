@@ -6,11 +6,12 @@
 #include <numeric>
 #include <vector>
 
-#if defined(__x86_64__) || defined(_M_X64)
+#if defined(__x86_64__)
 #include <immintrin.h>
 #endif
 
 #include "direction_tables.h"
+#include "elementary.h"
 #include "parallel.h"
 #include "profile.h"
 #include "scene.h"
@@ -27,7 +28,7 @@ std::atomic<int64_t> all_cycles{0};
 // Embree wants denormals flushed while it traces; the thread's own setting comes back at the end.
 class FlushDenormals {
 public:
-#if defined(__x86_64__) || defined(_M_X64)
+#if defined(__x86_64__)
   FlushDenormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }
   ~FlushDenormals() { _mm_setcsr(before_); }
   FlushDenormals(const FlushDenormals &) = delete;
@@ -35,6 +36,21 @@ public:
 
 private:
   unsigned before_;
+#elif defined(__aarch64__)
+  FlushDenormals() : before_(control()) { set_control(before_ | (uint64_t{1} << 24)); }
+  ~FlushDenormals() { set_control(before_); }
+  FlushDenormals(const FlushDenormals &) = delete;
+  FlushDenormals &operator=(const FlushDenormals &) = delete;
+
+private:
+  static uint64_t control() {
+    uint64_t value = 0;
+    __asm__ volatile("mrs %0, fpcr" : "=r"(value));
+    return value;
+  }
+  static void set_control(uint64_t value) { __asm__ volatile("msr fpcr, %0" : : "r"(value)); }
+
+  uint64_t before_;
 #endif
 };
 
@@ -125,9 +141,9 @@ private:
   void turn_to(const GroupPlace &place) {
     const uint32_t hash = hash_of(job_, place);
     table_group_ = table_group(job_, hash, place);
-    const float turn = 6.28318531F * to_unit(mix(hash, 1U));
-    cos_turn_ = std::cos(turn);
-    sin_turn_ = std::sin(turn);
+    const double turn = 6.283185307179586 * to_unit(mix(hash, 1U));
+    cos_turn_ = static_cast<float>(elementary::cos(turn));
+    sin_turn_ = static_cast<float>(elementary::sin(turn));
   }
 
   void trace_map(int32_t index, int32_t tile, int group) {

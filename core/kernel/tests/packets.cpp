@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "checks.h"
+#include "codes.h"
 #include "direction_tables.h"
 #include "texel_groups.h"
 
@@ -15,21 +16,6 @@ using ob::kMostFootprintPoints;
 using ob::Lanes;
 using ob::PacketCode;
 using ob::TexelGroup;
-
-static std::vector<const PacketCode *> codes_that_run_here() {
-  std::vector<const PacketCode *> codes = {&ob::kBaselinePackets};
-#if defined(__x86_64__)
-  __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2")) {
-    codes.push_back(&ob::kAvx2Packets);
-    if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&
-        __builtin_cpu_supports("avx512vl")) {
-      codes.push_back(&ob::kAvx512Packets);
-    }
-  }
-#endif
-  return codes;
-}
 
 static void fill(Random &random, float *values, size_t count, double low, double high) {
   for (size_t i = 0; i < count; ++i) {

@@ -91,6 +91,7 @@ inline Device open_device(const char *embree, int32_t threads = 2) {
   must(ob_device_open(embree, threads, &device, &info));
   CHECK(info.version[0] == 4 && info.version[1] >= 3);
   CHECK(info.native_width == 1 || info.native_width == 4 || info.native_width == 8 || info.native_width == 16);
+  CHECK(info.vector_width == 4 || info.vector_width == 8 || info.vector_width == 16);
   return Device(device);
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes.util
 import importlib.util
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,18 @@ def test_the_device_says_what_it_is() -> None:
     major, minor, _ = (int(part) for part in device.version.split("."))
     assert (major, minor) >= (4, 3)
     assert device.native_width in (1, 4, 8, 16)
-    assert device.description == f"{device.version}, {device.native_width}-wide, {device.path}"
+    assert device.vector_width in (4, 8, 16)
+    widths = f"{device.native_width}-wide packets, {device.vector_width}-wide vectors"
+    assert device.description == f"{device.version}, {widths}, {device.path}"
+
+
+@pytest.mark.skipif(not Path("/proc/cpuinfo").exists(), reason="Linux alone says in a file what its processor has")
+def test_the_kernel_runs_the_widest_vectors_that_the_processor_has() -> None:
+    found = re.search(r"^flags\s*:(.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+    has = set(found[1].split()).issuperset if found else (lambda names: False)
+    wide = has({"avx2", "fma", "bmi2"})
+    wider = wide and has({"avx512f", "avx512bw", "avx512dq", "avx512vl"})
+    assert open_device().vector_width == (16 if wider else 8 if wide else 4)
 
 
 def test_a_chosen_library_is_taken(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,13 +163,24 @@ def test_blenders_own_embree_traces_the_same_picture() -> None:
     assert np.abs(first - second).max() <= 2.0
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="other systems name Blender's library folder otherwise")
-def test_an_official_blender_is_searched(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    library = tmp_path / "lib" / "libembree4.so.4"
-    library.parent.mkdir()
-    library.touch()
-    monkeypatch.setitem(sys.modules, "bpy", blender_at(tmp_path / "blender"))
-    assert str(library) in candidates()
+@pytest.mark.parametrize(
+    ("system", "program", "library"),
+    [
+        ("linux", "blender", "lib/libembree4.so.4"),
+        ("win32", "blender.exe", "blender.shared/embree4.dll"),
+        ("darwin", "Blender.app/Contents/MacOS/Blender", "Blender.app/Contents/Resources/lib/libembree4.dylib"),
+    ],
+)
+def test_an_official_blender_is_searched(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, system: str, program: str, library: str
+) -> None:
+    place = tmp_path / library
+    place.parent.mkdir(parents=True)
+    place.touch()
+    monkeypatch.setattr(sys, "platform", system)
+    monkeypatch.setattr("occlusion_bake.core.rays.embree.find_library", lambda name: None)
+    monkeypatch.setitem(sys.modules, "bpy", blender_at(tmp_path / program))
+    assert str(place) in {str(Path(path).resolve()) for path in candidates()}
 
 
 def blender_at(program: Path | str) -> Any:

@@ -1,0 +1,55 @@
+"""A bake gives the same bits on every processor: whatever numpy and its libraries have for it."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from occlusion_bake.core.scene.scene import Camera
+from occlusion_bake.tests.oracles import shapes
+
+try:
+    from numpy._core import _multiarray_umath as numpy_core
+except ImportError:  # numpy 1
+    from numpy.core import _multiarray_umath as numpy_core  # type: ignore[no-redef]
+
+# Kernels of OpenBLAS from old to new; one that the processor cannot run is not taken.
+CORES = ("Prescott", "Haswell", "SkylakeX")
+
+
+def maps_of(scene: Path, **environment: str) -> list[str]:
+    command = [sys.executable, "-m", "occlusion_bake.tests.oracles.hashed_maps", str(scene)]
+    plain = {name: value for name, value in os.environ.items() if not name.startswith(("OPENBLAS", "NPY"))}
+    ran = subprocess.run(command, env={**plain, **environment}, capture_output=True, text=True, check=True)
+    return ran.stdout.splitlines()
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A smooth ball on a floor, beside a wall, turned and off the origin. From a file: to make it takes sines."""
+    ball = shapes.with_tangents(shapes.sphere((0.2, 0.1, 0.7), 0.6, 24), (0.6, 0.8, 0.0))
+    wall = shapes.quad((1, -2, 0), (0, 4, 0), (0, 0, 1.5), name="wall")
+    under = shapes.matrix((10.0, -7.0, 3.0), 1.3, True)
+    made = shapes.scene(ball, wall, shapes.plane(2.0), under=under, camera=Camera((6.0, -9.0, 8.0), (0.6, -0.6, -0.5)))
+    path: Path = tmp_path_factory.mktemp("scene") / "scene.pickle"
+    path.write_bytes(pickle.dumps(made))
+    return path
+
+
+def test_maps_have_the_same_bits_whatever_numpy_runs_on(scene: Path) -> None:
+    as_it_is = maps_of(scene)
+    assert len(as_it_is) >= 7
+    present = [name for name in numpy_core.__cpu_dispatch__ if numpy_core.__cpu_features__.get(name)]
+    without = {"NPY_DISABLE_CPU_FEATURES": " ".join(present)} if present else {}
+    for core in CORES:
+        assert maps_of(scene, OPENBLAS_CORETYPE=core, **without) == as_it_is
+
+
+def test_other_rays_have_other_bits(scene: Path) -> None:
+    """The hashes tell maps apart."""
+    lines = maps_of(scene)
+    assert len({line.rsplit(" ", 1)[1] for line in lines}) == len(lines)
