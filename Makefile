@@ -39,12 +39,14 @@ lint: venv ## ruff, mypy, import-linter, clang-tidy; every warning is an error
 	$(PY) tools/check_kernel.py tidy
 
 extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blender
+	@rm -f dist/*.zip
 	$(PY) tools/build_extension.py $(WHEEL)
 
 # Built on Linux for all of Blender's platforms, by a compiler that brings along what each needs.
 PLATFORMS := linux-x64 windows-x64 macos-arm64 macos-x64
 KERNELS := $(foreach platform,$(PLATFORMS) windows-arm64,build/kernel-$(platform)/.built)
 extensions: $(KERNELS) ## the same for Linux, Windows and macOS, each kernel checked
+	@rm -f dist/*.zip
 	$(PY) tools/check_libraries.py $(foreach built,$(KERNELS),$(dir $(built))*.whl)
 	$(foreach platform,$(PLATFORMS),$(PY) tools/build_extension.py build/kernel-$(platform) $(platform) &&) true
 
@@ -53,7 +55,7 @@ repository: extensions ## dist/repository, a folder for a web host that Blender 
 
 build/kernel-%/.built: $(KERNEL) $(VENV)/.platforms
 	@rm -rf $(@D)
-	OCCLUSION_KERNEL_TARGET=$* $(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(@D) ./core/kernel
+	OCCLUSION_KERNEL_PROFILE=0 OCCLUSION_KERNEL_TARGET=$* $(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(@D) ./core/kernel
 	@touch $@
 
 BLENDER ?= blender

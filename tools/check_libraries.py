@@ -11,6 +11,7 @@ from typing import Any
 
 import lief
 
+INIT = "occlusion_bake_kernel/__init__.py"
 OURS = "ob_"  # all that is exported begins with it
 GLIBC = (2, 28)
 MACOS = (11, 0)
@@ -40,10 +41,10 @@ def main(wheels: list[str]) -> int:
 def faults(wheel: Path) -> list[str]:
     """What is wrong with a wheel; the line about it is printed."""
     with zipfile.ZipFile(wheel) as archive:
-        names = [name for name in archive.namelist() if Path(name).name.startswith("libocclusion_kernel.")]
+        names = {name for name in archive.namelist() if ".dist-info/" not in name} - {INIT}
         if len(names) != 1:
-            return [f"{len(names)} libraries in it, there should be one"]
-        data = archive.read(names[0])
+            return [f"it should hold one library, and holds {', '.join(sorted(names)) or 'none'}"]
+        data = archive.read(names.pop())
     tag = wheel.stem.split("-")[-1]
     kind = "linux" if "linux" in tag else "win" if tag.startswith("win") else "macosx"
     library, found = READERS[kind](data)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...core.base.arrays import Doubles
 from ...core.base.errors import InputError
+from ...core.base.vectors import length_of
 from ...core.scene.cutout import Cutout
 from ...core.scene.ground_plane import ground_below
 from ...core.scene.normal_map import NormalMap
@@ -305,6 +306,6 @@ def _camera(depsgraph: bpy.types.Depsgraph) -> Camera | None:
         return None
     matrix = matrix_of(camera.evaluated_get(depsgraph).matrix_world)
     backward = matrix[:3, 2]
-    x, y, z = -backward / (np.linalg.norm(backward) or 1.0)
+    x, y, z = -backward / (length_of(backward) or 1.0)
     orthographic = camera.type == "CAMERA" and camera.data.type == "ORTHO"
     return Camera(tuple(matrix[:3, 3].tolist()), (float(x), float(y), float(z)), orthographic)

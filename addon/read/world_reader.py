@@ -13,6 +13,7 @@ import numpy as np
 
 from ...core.base.arrays import Floats
 from ...core.base.errors import InputError
+from ...core.base.vectors import length_of
 from ...core.spherical.environment import Environment, from_equirectangular, from_octahedral
 from ...core.spherical.octahedral_map import middles, on_octahedron
 from .world_bake import light_of_squares, world_scene
@@ -65,12 +66,13 @@ def _look_closer(scene: bpy.types.Scene, radiance: Floats) -> None:
     luminance = radiance.sum(axis=2)
     framed = np.pad(luminance, 1, mode="edge")
     around = np.max([framed[i : i + side, j : j + side] for i in range(3) for j in range(3)], axis=0).ravel()
-    places = np.argsort(around)[::-1][:_PLACES]
+    places = np.argsort(-around, kind="stable")[:_PLACES]
     places = places[around[places] > _BRIGHT * luminance.mean()]
     if not len(places):
         return
     corners = np.stack([places % side, places // side], axis=1) * (2.0 / side) - 1.0
     seen = light_of_squares(scene, corners, _CLOSER, 2.0 / side)
     points = corners[:, np.newaxis, np.newaxis] + (middles(_CLOSER) + 1.0) / side
-    weights = np.linalg.norm(on_octahedron(points), axis=-1, keepdims=True) ** -3.0
+    length = length_of(on_octahedron(points))[..., np.newaxis]
+    weights = 1.0 / (length * length * length)
     radiance.reshape(-1, 3)[places] = (seen * weights).sum(axis=(1, 2)) / weights.sum(axis=(1, 2))

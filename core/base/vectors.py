@@ -53,7 +53,8 @@ def determinant(linear: Doubles) -> float:
 
 def inverse_transposed(linear: Doubles) -> Doubles:
     """M⁻ᵀ but for a factor, so that its largest element is 1: the cofactors of M, with the sign of its determinant."""
-    small = linear / np.abs(linear).max()  # the cofactors of what is tiny would be none
+    # The cofactors of what is tiny would be none. By a power of two, which rounds nothing: the sign stays.
+    small = np.ldexp(linear, -np.frexp(np.abs(linear).max())[1])
     cofactors = np.stack([np.cross(small[(i + 1) % 3], small[(i + 2) % 3]) for i in range(3)])
     scaled: Doubles = cofactors * (np.sign(determinant(small)) / np.abs(cofactors).max())
     return scaled

@@ -98,7 +98,7 @@ def compiler() -> list[str]:
         if shutil.which(name):
             return [name]
     if importlib.util.find_spec("ziglang"):
-        return zig()
+        return [*zig(), "-mcpu=baseline"]  # else it takes what this very processor has
     raise SystemExit(
         "no C++17 compiler found to build the kernel: install g++ or clang++, name one in CXX, or pip install ziglang"
     )
@@ -134,8 +134,9 @@ def build_library(library: Path, work: Path) -> None:
     if not sources():
         raise SystemExit(f"no kernel sources in {SOURCES}")
     library.parent.mkdir(parents=True, exist_ok=True)
-    objects = compile_all(sources(), work, OPTIMISED)
-    run([*compiler(), "-o", str(library), *map(str, objects), "-pthread", *link_flags(work)])
+    objects, linked = compile_all(sources(), work, OPTIMISED), work / library.name
+    run([*compiler(), "-o", str(linked), *map(str, objects), "-pthread", *link_flags(work)])
+    shutil.copy(linked, library)  # alone: for Windows some linkers put more beside it
 
 
 def link_flags(work: Path) -> list[str]:

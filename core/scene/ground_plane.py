@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..base.vectors import length_of
 from .parts import parts_of
 from .scene import Instance, Mesh
 from .world_mesh import bounds_of
@@ -29,6 +30,6 @@ def ground_below(standing: Sequence[Instance]) -> Instance:
     gap = _GAP * 2.0 * parts_of(lowest)[0].radius
     x, y = 0.5 * (low + high)[:2]
     corners = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], dtype=np.float32)
-    matrix = np.diag([min(_EXTENT * float(np.linalg.norm(high - low)), _WIDEST)] * 2 + [1.0, 1.0])
+    matrix = np.diag([min(_EXTENT * float(length_of(high - low)), _WIDEST)] * 2 + [1.0, 1.0])
     matrix[:3, 3] = x, y, low[2] - gap
     return Instance(NAME, Mesh(NAME, corners, np.array([(0, 1, 2), (0, 2, 3)], dtype=np.int32)), matrix, NAME)

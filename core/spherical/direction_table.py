@@ -46,6 +46,7 @@ class SphereTable:
         column = arctan2(y, x) * (self._rows / np.pi) % (2 * self._rows)
         first_row, first_column = np.floor(row).astype(np.int64), np.floor(column).astype(np.int64)
         down, along = _cubic(row - first_row), _cubic(column - first_column)
+        first_column %= 2 * self._rows  # an angle a hair below 0 is rounded to a whole turn
         found = np.zeros((len(directions), self._values.shape[2]))
         for i in range(4):
             for j in range(4):

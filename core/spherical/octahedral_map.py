@@ -71,7 +71,8 @@ def sample_weights(n: int, count: int) -> Doubles:
     """(n · count, n · count) float64: the solid angles that the middles of count × count parts of each cell stand for;
     they add up to the cell's own, for an even n."""
     side = n * count
-    weights = 1.0 / length_of(on_octahedron(middles(side))) ** 3
+    length = length_of(on_octahedron(middles(side)))
+    weights = 1.0 / (length * length * length)
     shares: Doubles = weights * repeated(solid_angles(n) / block_sums(weights, n), count)
     return shares
 

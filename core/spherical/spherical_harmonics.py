@@ -172,7 +172,7 @@ def _open_code(degree: int) -> Doubles:
     return np.concatenate([[sqrt(4.0 * pi)], np.zeros(count_of(degree) - 1)])
 
 
-_DIGITS = 12  # after the point: beyond them is what each processor's linear algebra rounds in its own way
+_DIGITS = 12  # after the point: beyond them each processor's linear algebra has its own, and what is 0 by symmetry none
 
 
 @lru_cache

@@ -145,12 +145,15 @@ double log1p(double x) {
     return log_of(x, 0.0);
   }
   const double whole = 1.0 + x;
-  return log(whole) + (whole > 0.0 ? (x - (whole - 1.0)) / whole : 0.0);
+  return log(whole) + (whole > 0.0 && whole < kInfinity ? (x - (whole - 1.0)) / whole : 0.0);
 }
 
 double pow(double x, double exponent) { return exp(exponent * log(x)); }
 
 double atan2(double y, double x) {
+  if (std::isnan(y) || std::isnan(x)) {
+    return y + x;
+  }
   const double ay = std::fabs(y);
   const double ax = std::fabs(x);
   const double longer = ay > ax ? ay : ax;

@@ -30,7 +30,7 @@ constexpr uint32_t kSaves256 = bits({1, 2}), kSaves512 = bits({1, 2, 5, 6, 7});
 uint32_t saved_registers() {
   uint32_t low = 0;
   uint32_t high = 0;
-  __asm__("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
+  __asm__ volatile("xgetbv" : "=a"(low), "=d"(high) : "c"(0));
   return low;
 }
 

@@ -100,14 +100,15 @@ static void test_arcs() {
 static void test_what_has_no_value() {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  for (const double value :
-       {own::sin(kNone), own::cos(kInfinity), own::sin(1e300), own::exp(kNone), own::expm1(kNone), own::log(kNone),
-        own::log(-1.0), own::log1p(kNone), own::atan2(kNone, 1.0), own::acos(kNone), own::acos(1.5)}) {
+  for (const double value : {own::sin(kNone), own::cos(kInfinity), own::sin(1e300), own::exp(kNone), own::expm1(kNone),
+                             own::log(kNone), own::log(-1.0), own::log1p(kNone), own::atan2(kNone, 1.0),
+                             own::atan2(kNone, 0.0), own::atan2(0.0, kNone), own::acos(kNone), own::acos(1.5)}) {
     CHECK(std::isnan(value));
   }
   CHECK_EQUAL(own::log(0.0), -kInfinity);
   CHECK_EQUAL(own::log1p(-1.0), -kInfinity);
   CHECK_EQUAL(own::log(kInfinity), kInfinity);
+  CHECK_EQUAL(own::log1p(kInfinity), kInfinity);
 }
 
 int main() {

@@ -29,6 +29,21 @@ def test_normals_go_by_the_inverse_transpose(scale: float, mirror: float) -> Non
     assert_allclose(vectors.transformed_normals(POINTS, linear), expected, atol=1e-12)
 
 
+@pytest.mark.parametrize("seed", range(200))
+def test_normals_of_what_is_nearly_flat_go_with_the_winding(seed: int) -> None:
+    """The determinant's sign, which turns triangles round, may be rounding alone; normals must be of the same mind."""
+    rng = np.random.default_rng(seed)
+    turned, other = (np.linalg.qr(rng.normal(size=(3, 3)))[0] for _ in range(2))
+    linear = turned @ np.diag([1.0, 1.0, 0.0]) @ other
+    if vectors.determinant(linear) == 0.0:
+        return
+    a, b, c = corners = rng.normal(size=(3, 3))
+    face = vectors.transformed_normals(np.cross(b - a, c - a), linear)
+    a, b, c = vectors.mapped(corners, linear)
+    assert np.linalg.norm(face) > 0.99
+    assert np.sign(vectors.determinant(linear)) * vectors.dot(face, np.cross(b - a, c - a)) > 0.0
+
+
 def test_what_has_no_length_is_zero() -> None:
     assert_array_equal(vectors.unit(np.zeros((2, 3))), np.zeros((2, 3)))
     assert_array_equal(vectors.transformed_normals(np.zeros((2, 3)), np.eye(3)), np.zeros((2, 3)))
