@@ -66,7 +66,7 @@ def _look_closer(scene: bpy.types.Scene, radiance: Floats) -> None:
     luminance = radiance.sum(axis=2)
     framed = np.pad(luminance, 1, mode="edge")
     around = np.max([framed[i : i + side, j : j + side] for i in range(3) for j in range(3)], axis=0).ravel()
-    places = np.argsort(-around, kind="stable")[:_PLACES]
+    places = np.lexsort((-luminance.ravel(), -around))[:_PLACES]  # the bright ones before those beside them
     places = places[around[places] > _BRIGHT * luminance.mean()]
     if not len(places):
         return
