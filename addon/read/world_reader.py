@@ -13,9 +13,8 @@ import numpy as np
 
 from ...core.base.arrays import Floats
 from ...core.base.errors import InputError
-from ...core.base.vectors import length_of
 from ...core.spherical.environment import Environment, from_equirectangular, from_octahedral
-from ...core.spherical.octahedral_map import middles, on_octahedron
+from ...core.spherical.octahedral_map import middles, spread_of
 from .world_bake import light_of_squares, world_scene
 from .world_image import check_finite, pixels_of, plain_image
 from .world_nodes import check_images
@@ -73,6 +72,5 @@ def _look_closer(scene: bpy.types.Scene, radiance: Floats) -> None:
     corners = np.stack([places % side, places // side], axis=1) * (2.0 / side) - 1.0
     seen = light_of_squares(scene, corners, _CLOSER, 2.0 / side)
     points = corners[:, np.newaxis, np.newaxis] + (middles(_CLOSER) + 1.0) / side
-    length = length_of(on_octahedron(points))[..., np.newaxis]
-    weights = 1.0 / (length * length * length)
+    weights = spread_of(points)[..., np.newaxis]
     radiance.reshape(-1, 3)[places] = (seen * weights).sum(axis=(1, 2)) / weights.sum(axis=(1, 2))

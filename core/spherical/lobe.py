@@ -55,8 +55,7 @@ def _rings(exponent: float, cosines: Doubles) -> tuple[Doubles, Doubles]:
     cut = last - whole
     alpha = np.concatenate([whole * nodes, whole + cut * nodes**2], axis=1)
     steps = np.concatenate([whole * shares, cut * 2.0 * nodes * shares], axis=1)
-    with np.errstate(divide="ignore"):  # log 0 at 90° is power 0
-        power = exp(exponent * log1p(-2.0 * sin(0.5 * alpha) ** 2)) if exponent else np.ones_like(alpha)
+    power = exp(exponent * log1p(-2.0 * sin(0.5 * alpha) ** 2)) if exponent else np.ones_like(alpha)  # at 90° exp(-∞)
     return alpha, (exponent + 1.0) * power * sin(alpha) * steps
 
 
@@ -90,6 +89,6 @@ def open_horizon(exponent: float, cosines: Doubles) -> Doubles:
 
 def _cosine_power(angles: Doubles, exponent: float) -> Doubles:
     """cosᵉ, by log cos x = log1p(−2 sin²(x/2)): the cosine of a small angle would lose what a large exponent needs."""
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(invalid="ignore"):
         power: Doubles = exp(exponent * log1p(-2.0 * sin(0.5 * angles) ** 2))
     return np.where(angles >= 0.5 * np.pi, float(exponent == 0.0), power)

@@ -42,6 +42,13 @@ def directions(points: Reals) -> Doubles:
     return unit
 
 
+def spread_of(points: Reals) -> Doubles:
+    """(...) float64, s³: the solid angle over the area of the square, at its points (..., 2)."""
+    length = length_of(on_octahedron(points))
+    spread: Doubles = 1.0 / (length * length * length)
+    return spread
+
+
 def cell_of(points: Reals, n: int) -> Longs:
     """The cell, row · n + column, that points of the square (..., 2) lie in: (...) int64."""
     along = np.clip(np.floor(0.5 * n * (np.asarray(points) + 1.0)).astype(np.int64), 0, n - 1)
@@ -71,8 +78,7 @@ def sample_weights(n: int, count: int) -> Doubles:
     """(n · count, n · count) float64: the solid angles that the middles of count × count parts of each cell stand for;
     they add up to the cell's own, for an even n."""
     side = n * count
-    length = length_of(on_octahedron(middles(side)))
-    weights = 1.0 / (length * length * length)
+    weights = spread_of(middles(side))
     shares: Doubles = weights * repeated(solid_angles(n) / block_sums(weights, n), count)
     return shares
 
