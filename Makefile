@@ -2,9 +2,10 @@
 
 VENV ?= .venv
 # A venv that is there keeps its Python unless another is asked for.
-PYTHON ?= $(if $(wildcard $(VENV)/.python-*),$(VENV)/bin/python,python3)
+PYTHON ?= $(if $(wildcard $(VENV)/.python-*),$(PY),python3)
 
-PY = $(VENV)/bin/python
+BIN = $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
+PY = $(BIN)/python
 RELEASE := $(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null)
 RELEASES := 3.11 3.13
 REQUIREMENTS := requirements/common.txt $(wildcard requirements/py$(subst .,,$(RELEASE)).txt)
@@ -17,7 +18,7 @@ KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h incl
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help venv test lint extension extensions repository pictures sanitize bake bench bench-quick figures accuracy study clean
+.PHONY: help venv test lint extension extensions try-extension repository try-repository windows release pictures sanitize bake bench bench-quick figures accuracy study clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -31,17 +32,19 @@ test: venv ## the whole suite, by two workers; WORKERS=8 for others
 	$(PY) -m pytest -q -n $(WORKERS) --dist worksteal --max-worker-restart 0
 
 lint: venv ## ruff, mypy, import-linter, clang-tidy; every warning is an error
-	$(VENV)/bin/ruff check .
-	$(VENV)/bin/ruff format --check .
-	MYPYPATH=$(VENV)/dev $(VENV)/bin/mypy $(addprefix -p occlusion_bake.,core addon bench samples tests.oracles)
-	MYPYPATH=$(VENV)/dev:tools:core/kernel $(VENV)/bin/mypy --explicit-package-bases $(wildcard tools/*.py)
-	PYTHONPATH=$(VENV)/dev $(VENV)/bin/lint-imports --no-cache
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	MYPYPATH=$(VENV)/dev $(BIN)/mypy $(addprefix -p occlusion_bake.,core addon bench samples tests.oracles)
+	MYPYPATH=$(VENV)/dev:tools:core/kernel $(BIN)/mypy --explicit-package-bases $(wildcard tools/*.py)
+	PYTHONPATH=$(VENV)/dev $(BIN)/lint-imports --no-cache
 	$(PY) tools/check_kernel.py tidy
+	$(PY) tools/check_workflows.py
 
 extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blender
 	@rm -f dist/*.zip
 	$(PY) tools/build_extension.py $(WHEEL)
 
+BLENDER ?= blender
 # Built on Linux for all of Blender's platforms, by a compiler that brings along what each needs.
 PLATFORMS := linux-x64 windows-x64 macos-arm64 macos-x64
 KERNELS := $(foreach platform,$(PLATFORMS) windows-arm64,build/kernel-$(platform)/.built)
@@ -53,12 +56,31 @@ extensions: $(KERNELS) ## the same for Linux, Windows and macOS, each kernel che
 repository: extensions ## dist/repository, a folder for a web host that Blender installs and updates from
 	$(PY) tools/make_repository.py dist/repository $(foreach platform,$(PLATFORMS),dist/*-$(subst -,_,$(platform)).zip)
 
+ZIP ?= $(firstword $(wildcard dist/*.zip))
+try-extension: $(VENV)/.requirements ## install ZIP into Blender as a module, and bake with it
+	$(PY) tools/try_extension.py $(ZIP) --bpy $(PY)
+
+try-repository: extension ## add a repository, install, update and remove the extension in a complete Blender: BLENDER=blender
+	$(PY) tools/try_repository.py dist/*.zip $(BLENDER)
+
+WINDOWS := build/kernel-windows-x64
+windows: venv $(WINDOWS)/.built ## Windows by Wine: the kernel's tests, the zip in Blender, the suite; skipped where Wine cannot be had
+	$(PY) tools/check_libraries.py $(WINDOWS)/*.whl
+	@rm -f dist/*-windows_x64.zip
+	$(PY) tools/build_extension.py $(WINDOWS) windows-x64
+	$(PY) tools/foreign.py kernel
+	$(PY) tools/foreign.py extension dist/*-windows_x64.zip
+	$(PY) tools/foreign.py bits
+	$(PY) tools/foreign.py suite
+
+release: repository ## all that a release needs, checked: zips, repository, checksums, bill of materials
+	$(PY) tools/release.py dist/repository dist/*.zip
+
 build/kernel-%/.built: $(KERNEL) $(VENV)/.platforms
 	@rm -rf $(@D)
 	OCCLUSION_KERNEL_PROFILE=0 OCCLUSION_KERNEL_TARGET=$* $(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(@D) ./core/kernel
 	@touch $@
 
-BLENDER ?= blender
 pictures: extension ## the README's pictures of the window, from a session in a complete Blender: BLENDER=blender
 	$(PY) tools/try_window.py dist/*.zip blender $(BLENDER)
 	cp out/window/blender_baking.png docs/pictures/window.png
@@ -100,16 +122,12 @@ $(VENV)/.python-$(RELEASE):
 	@if [ -e $(VENV) ]; then echo "$(VENV) was made by another Python: making it again with $(RELEASE)"; fi
 	@rm -rf $(VENV)
 	$(PYTHON) -m venv $(VENV)
-	@mkdir $(VENV)/dev
-	@ln -s "$(CURDIR)" $(VENV)/dev/occlusion_bake
-	@$(PY) -c 'import pathlib, sys, sysconfig; \
-	pathlib.Path(sysconfig.get_path("purelib"), "occlusion_bake.pth").write_text(f"{pathlib.Path(sys.argv[1]).resolve()}\n")' \
-	$(VENV)/dev
+	@$(PY) tools/link_checkout.py $(VENV)/dev
 	@touch $@
 
 $(VENV)/.requirements: $(VENV)/.python-$(RELEASE) $(REQUIREMENTS)
 	$(PY) -m pip install -q --disable-pip-version-check -r $(lastword $(REQUIREMENTS))
-	tools/blender_libraries.sh $(PY)
+	bash tools/blender_libraries.sh $(PY)
 	@touch $@
 
 $(WHEEL)/.built: $(KERNEL) | $(VENV)/.requirements

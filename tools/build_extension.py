@@ -13,6 +13,8 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+from licences import parts
+
 ROOT = Path(__file__).resolve().parent.parent
 CACHE = ROOT / "build" / "wheels"
 
@@ -111,16 +113,29 @@ def staged() -> list[Path]:
 
 
 def write_zip(target: Path, text: str, files: list[Path], bundled: list[Path]) -> None:
-    """Write the archive beside its place, then rename. The same contents give the same bytes."""
+    """Write the archive beside its place, then rename. The same contents give the same bytes. The licences of what is
+    bundled are in it, each once."""
     target.parent.mkdir(exist_ok=True)
     beside = target.with_suffix(".part")
     with zipfile.ZipFile(beside, "w") as archive:
         add(archive, "blender_manifest.toml", text.encode())
         for path in files:
             add(archive, path.relative_to(ROOT).as_posix(), path.read_bytes())
+        for name, licence in licences(bundled).items():
+            add(archive, f"licences/{name}", licence)
         for path in bundled:
             add(archive, f"wheels/{path.name}", path.read_bytes(), zipfile.ZIP_STORED)
     beside.replace(target)
+
+
+def licences(bundled: list[Path]) -> dict[str, bytes]:
+    """Texts by what they are called in the zip: the part and its file."""
+    return {
+        f"{part.title}/{name}": text
+        for path in bundled
+        for part in parts(path.name, path)
+        for name, text in sorted(part.texts.items())
+    }
 
 
 def add(archive: zipfile.ZipFile, name: str, data: bytes, how: int = zipfile.ZIP_DEFLATED) -> None:

@@ -12,7 +12,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 KERNEL = ROOT / "core" / "kernel"
-TESTS = KERNEL / "tests"
 WARNINGS = ROOT / "build" / "warnings"
 sys.path.insert(0, str(KERNEL))
 
@@ -26,7 +25,7 @@ FOR_TESTS = [f"-I{toolchain.SOURCES}"]
 
 def tidy() -> None:
     """Every source and test compiles without a warning, exports what it may, is laid out and passes .clang-tidy."""
-    sources, tests = toolchain.sources(), sorted(TESTS.glob("*.cpp"))
+    sources, tests = toolchain.sources(), sorted(toolchain.TESTS.glob("*.cpp"))
     if not sources:
         print("SKIPPED clang-tidy: no kernel sources")
         return
@@ -84,7 +83,7 @@ def sanitize() -> None:
 
     It gets the path of an Embree library as its argument where the embreex wheel is installed.
     """
-    tests = sorted(TESTS.glob("*.cpp"))
+    tests = sorted(toolchain.TESTS.glob("*.cpp"))
     if not tests:
         print("SKIPPED the sanitizers: no programs in core/kernel/tests")
         return

@@ -3,6 +3,7 @@ the systems it names have. For each one line: platform, size, what it needs, the
 
 from __future__ import annotations
 
+import re
 import sys
 import zipfile
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import Any
 
 import lief
 
-INIT = "occlusion_bake_kernel/__init__.py"
+OTHERS = re.compile(r"\.dist-info/|/licences/|/__init__\.py$")  # what a wheel holds beside the library
 OURS = "ob_"  # all that is exported begins with it
 GLIBC = (2, 28)
 MACOS = (11, 0)
@@ -41,7 +42,7 @@ def main(wheels: list[str]) -> int:
 def faults(wheel: Path) -> list[str]:
     """What is wrong with a wheel; the line about it is printed."""
     with zipfile.ZipFile(wheel) as archive:
-        names = {name for name in archive.namelist() if ".dist-info/" not in name} - {INIT}
+        names = {name for name in archive.namelist() if not OTHERS.search(name)}
         if len(names) != 1:
             return [f"it should hold one library, and holds {', '.join(sorted(names)) or 'none'}"]
         data = archive.read(names.pop())

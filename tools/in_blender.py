@@ -1,14 +1,17 @@
 """Runs inside Blender, or Blender as a module, for try_extension.py: `-- VERB [ARGUMENT…]`, several parted by `--`.
 
-install ZIP: install and enable the extension. check FOLDER: its wheels import, from within FOLDER. scene FILE: save a
-small scene. command FILE ARGUMENT…: call the extension's command on FILE. operator: bake the default cube. charts: bake
-it without its UV map.
+install ZIP: install and enable the extension. again: switch it off and on. check FOLDER: its wheels import, from
+within FOLDER. version NUMBER: it is this one. update NUMBER: bake, take what its repository offers, which is this one,
+and bake again. scene FILE: save a small scene. command FILE ARGUMENT…: call the extension's command on FILE. operator:
+bake the default cube. charts: bake it without its UV map.
 """
 
 from __future__ import annotations
 
 import importlib
+import os
 import sys
+import traceback
 from collections.abc import Callable
 from itertools import groupby
 from pathlib import Path
@@ -16,7 +19,7 @@ from typing import Any
 
 import bpy
 
-MODULE = "bl_ext.user_default.occlusion_bake"
+EXTENSION, PANEL = "occlusion_bake", "OCCLUSION_BAKE_PT_bake"
 # With the extension installed there is more than the stubs of Blender know.
 context: Any = bpy.context
 ops: Any = bpy.ops
@@ -27,9 +30,16 @@ def install(path: str) -> None:
     bpy.ops.extensions.package_install_files(filepath=path, repo="user_default", enable_on_install=True)
 
 
+def module() -> str:
+    """What the enabled extension is called, from whichever repository. SystemExit where it is not enabled."""
+    found = [each.module for each in context.preferences.addons if each.module.endswith(f".{EXTENSION}")]
+    if len(found) != 1:
+        raise SystemExit(f"{EXTENSION} is enabled {len(found)} times: {', '.join(found)}")
+    return str(found[0])
+
+
 def check(folder: str) -> None:
-    if MODULE not in context.preferences.addons:
-        raise SystemExit(f"{MODULE} is not enabled")
+    module()
     for name in WHEELS:
         origin = importlib.import_module(name).__file__ or ""
         if not Path(origin).is_relative_to(folder):
@@ -38,6 +48,34 @@ def check(folder: str) -> None:
     importlib.import_module("ctypes").CDLL(str(library))
     python = ".".join(map(str, sys.version_info[:3]))
     print(f"Blender {bpy.app.version_string}, Python {python}: enabled, its wheels import, the kernel loads")
+
+
+def version(wanted: str) -> None:
+    found = importlib.import_module(f"{module()}.core.base.version").version()
+    if found != wanted:
+        raise SystemExit(f"it is {found}, and should be {wanted}")
+
+
+def update(wanted: str) -> None:
+    """While the old one's libraries are loaded."""
+    operator()
+    ops.extensions.repo_sync_all()
+    ops.extensions.package_upgrade_all(use_active_only=False)
+    version(wanted)
+    for image in list(bpy.data.images):
+        bpy.data.images.remove(image)
+    operator()
+
+
+def again() -> None:
+    """Switched off it leaves nothing, and on again it works."""
+    name = module()
+    ops.preferences.addon_disable(module=name)
+    if hasattr(bpy.types, PANEL) or hasattr(bpy.types.Scene, EXTENSION):
+        raise SystemExit("switched off, but its panel or its settings are still there")
+    ops.preferences.addon_enable(module=name)
+    if not hasattr(bpy.types, PANEL):
+        raise SystemExit("switched on again, but its panel is not there")
 
 
 def scene(path: str) -> None:
@@ -49,7 +87,7 @@ def scene(path: str) -> None:
 
 
 def command(path: str, *arguments: str) -> None:
-    status = importlib.import_module(f"{MODULE}.addon.cli.command").main([path, *arguments])
+    status = importlib.import_module(f"{module()}.addon.cli.command").main([path, *arguments])
     if status:
         raise SystemExit(f"the command ended with {status}")
 
@@ -75,7 +113,7 @@ def in_the_wrong_place(*_: Any, **__: Any) -> None:
 def charts() -> None:
     """The operator makes a UV map where there is none; in a process of its own, which finds all that it needs among
     what the extension brought along."""
-    apart: Any = importlib.import_module(f"{MODULE}.core.charts.unwrap_process")
+    apart: Any = importlib.import_module(f"{module()}.core.charts.unwrap_process")
     apart.unwrap = in_the_wrong_place
     cube: Any = bpy.data.objects["Cube"]
     context.view_layer.objects.active = cube
@@ -91,6 +129,9 @@ def charts() -> None:
 VERBS: dict[str, Callable[..., None]] = {
     "install": install,
     "check": check,
+    "version": version,
+    "update": update,
+    "again": again,
     "scene": scene,
     "command": command,
     "operator": operator,
@@ -105,5 +146,20 @@ def main(arguments: list[str]) -> None:
             VERBS[verb](*rest)
 
 
+def as_module(arguments: list[str]) -> None:
+    """`main`, then the end at once: Blender as a module now and then hangs in its destructors."""
+    status = 1
+    try:
+        main(arguments)
+        status = 0
+    except SystemExit as refusal:
+        print(refusal.code, file=sys.stderr)
+    except BaseException:
+        traceback.print_exc()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(status)
+
+
 if __name__ == "__main__":
-    main(sys.argv[sys.argv.index("--") + 1 :])
+    (main if bpy.app.binary_path else as_module)(sys.argv[sys.argv.index("--") + 1 :])

@@ -218,15 +218,15 @@ def _place_files(options: Any) -> None:
     """Make the options' paths whole, and refuse before the bake what could not be written after it."""
     scene_file = bpy.data.filepath or getattr(options, "file", "")
     options.folder = whole_path(options.folder, scene_file)
-    if options.report:
+    if options.report is not None:
         options.report = whole_path(options.report, scene_file)
         check_file(options.report)
-    if options.into:
+    if options.into is not None:
         options.into = whole_path(options.into[0], scene_file), options.into[1]
-    if options.color_attributes:
+    if options.color_attributes is not None:
         options.color_attributes = whole_path(options.color_attributes, scene_file)
         check_file(options.color_attributes)
-    if options.coverage:
+    if options.coverage is not None:
         options.coverage = whole_path(options.coverage, scene_file)
         check_image(options.coverage)
     _check_apart(options, scene_file)

@@ -12,7 +12,7 @@ from ...core.base.errors import InputError
 from ...core.base.foreign_text import check_utf8
 from ...core.finish.image_file import check_format
 from ...core.options.option import Choice, Flag, Kind, Option, Real, Switch, Whole
-from ...core.options.table import BY_NAME, OPTIONS
+from ...core.options.table import OPTIONS
 from ...core.options.values import settings_of_command
 from ...core.settings import Settings, check_files
 
@@ -51,12 +51,8 @@ def parsed(made: argparse.ArgumentParser, argv: Sequence[str]) -> argparse.Names
                 check_utf8(word)
     if options.values is not None:
         for name, value in json.loads(options.values.read_text(encoding="utf-8")).items():
-            setattr(options, name, Path(value) if name in BY_NAME and _is_path(BY_NAME[name]) else value)
+            setattr(options, name, value)
     return options
-
-
-def _is_path(option: Option) -> bool:
-    return option.flag is not None and option.flag.arguments.get("type") is Path
 
 
 def _arguments(option: Option, flag: Flag) -> dict[str, Any]:
@@ -102,5 +98,5 @@ def _check_sources(options: Any) -> None:
         raise InputError("--atlas: color attributes are no images; leave out one of the two")
     if options.into and options.color_attributes:
         raise InputError("--into: color attributes are no images; leave out one of the two")
-    if options.color_attributes and options.color_attributes.suffix != ".blend":
+    if options.color_attributes is not None and Path(options.color_attributes).suffix != ".blend":
         raise InputError(f"--color-attributes {options.color_attributes}: is a scene; end its name in .blend")

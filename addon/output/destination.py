@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -148,7 +149,9 @@ class Destination:
             text = f"//{text}"
         if self.path.startswith("//"):
             text = f"//{text.lstrip('/')}"  # one more would be the root's
-        return whole_path(Path(text), bpy.data.filepath)
+        if sys.platform == "win32" and self.path.startswith("\\\\"):
+            text = text.replace("/", "\\")  # a network's share
+        return whole_path(text, bpy.data.filepath)
 
     def _check_paths(self, objects: Sequence[str], settings: Settings) -> None:
         taken: dict[str, str] = {}

@@ -20,6 +20,7 @@ from ...core.finish.report import (
 )
 from ...core.maps.occlusion import AMBIENT
 from ...core.progress import Progress
+from ...core.rays.embree import Device
 from ...core.scene.scene import Instance
 from ..charts.chart_marks import OUR_NAMES
 from ..charts.chart_request import CHARTS, SMART
@@ -109,7 +110,8 @@ class _BakeOperator(LongOperator):
             for _, obj, target in found:
                 viewport_overlay.show(obj, target, baked, anew=result.is_first)
             result_in(context).overlapping |= baked.surface.overlapped > 0
-            add_lines(context, [*result_lines(baked), *baked.warnings])
+            assert outcome.baker is not None  # by which it was baked
+            add_lines(context, [*result_lines(baked, outcome.baker.device), *baked.warnings])
             for line in baked.warnings:
                 self.report({"WARNING"}, line)
 
@@ -357,17 +359,18 @@ def _shown_map(obj: bpy.types.Object, target: Instance) -> str | None:
     return None if baked == for_renders and baked not in OUR_NAMES else baked
 
 
-def result_lines(baked: Baked) -> list[str]:
+def result_lines(baked: Baked, device: Device) -> list[str]:
     """What the panel says of one baked object."""
     entry, name = object_entry(baked, {}), baked.name if baked.tile is None else f"{baked.name} {baked.tile}"
     errors = ", ".join(f"{name.replace('_', ' ').upper()} {error_in_words(entry, name)}" for name in baked.maps)
     return [
         say(
-            "{}: {:.2f} s, {:.1f} million rays, {:.1f} million a second",
+            "{}: {:.2f} s, {:.1f} million rays, {:.1f} million a second, packets {} wide",
             name,
             entry["seconds"]["total"],
             baked.rays / 1e6,
             million_rays_per_second(entry),
+            device.native_width,
         ),
         say("Error: {}", errors),
     ]

@@ -15,6 +15,7 @@ from ..output.ownership import told
 from ..read.occluder_filter import may_occlude
 from ..typed import PanelMixin, layout_of, view_layer_in
 from .engine_operator import OCCLUSION_BAKE_OT_for_engine
+from .missing_libraries import missing_libraries
 from .modal_operator import percent, progress_words, queue, running
 from .operators import (
     OCCLUSION_BAKE_OT_again,
@@ -87,6 +88,8 @@ class OCCLUSION_BAKE_PT_bake(_Sidebar, bpy.types.Panel):
 
     def draw(self, context: bpy.types.Context) -> None:
         layout, chosen = _begin(self, context)
+        for line in missing_libraries():
+            _draw_wrapped(layout.column(align=True), context, line, icon="ERROR")
         maps = layout.column(heading="Maps")
         for entry in MAPS:
             if entry.switch and entry.listed:
@@ -144,10 +147,16 @@ class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
         column.scale_y = 0.8
         lines = result_in(context).lines or say("None yet")
         for line in lines.split("\n"):
-            for part in wrap(line, _letters(context), subsequent_indent="   "):
-                column.label(text=part, translate=False)
+            _draw_wrapped(column, context, line)
         if result_in(context).overlapping:
             layout_of(self).operator(OCCLUSION_BAKE_OT_select_overlap.bl_idname, icon="RESTRICT_SELECT_OFF")
+
+
+def _draw_wrapped(column: bpy.types.UILayout, context: bpy.types.Context, line: str, icon: Any = "NONE") -> None:
+    """A line in as many as the sidebar's width asks for; the icon stands before the first."""
+    for part in wrap(line, _letters(context), subsequent_indent="   "):
+        column.label(text=part, icon=icon, translate=False)
+        icon = "BLANK1" if icon != "NONE" else icon
 
 
 def _letters(context: Any) -> int:

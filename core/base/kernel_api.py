@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import Cancelled, InputError
+from .library_faults import cannot_be_loaded
 
 ABI_VERSION = 17
 OK, CANCELLED, INVALID, NO_EMBREE, OUT_OF_MEMORY = range(5)
@@ -207,12 +208,14 @@ _RELEASERS = ("ob_device_close", "ob_mesh_free", "ob_scene_free", "ob_filter_fre
 @cache
 def library() -> ctypes.CDLL:
     """The kernel's shared library, from its own wheel. Raises InputError where it is missing or of another version."""
+    path = None
     try:
         import occlusion_bake_kernel
 
-        kernel = ctypes.CDLL(str(occlusion_bake_kernel.library_path()))
+        path = occlusion_bake_kernel.library_path()
+        kernel = ctypes.CDLL(str(path))
     except (ImportError, OSError) as error:
-        raise InputError(f"the occlusion kernel cannot be loaded ({error}); reinstall the extension") from error
+        raise cannot_be_loaded("the occlusion kernel", path, error) from error
     if kernel.ob_abi_version() != ABI_VERSION:
         raise InputError("the occlusion kernel is of another version than the extension; reinstall the extension")
     kernel.ob_error_message.restype = c_char_p

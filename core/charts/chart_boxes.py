@@ -48,7 +48,7 @@ def diagonals(label: Longs, count: int, uv: Doubles) -> Doubles:
         - np.minimum.reduceat(uv[..., axis].min(axis=1)[order], starts)
         for axis in range(2)
     ]
-    return np.asarray(np.hypot(*sides))
+    return _length(*sides)
 
 
 def across(along: Doubles) -> Doubles:
@@ -68,6 +68,12 @@ def _axes(label: Longs, count: int, uv: Doubles) -> tuple[Doubles, Doubles]:
         return np.asarray(np.bincount(label, weight * products, count))
 
     xx, xy, yy = moment(0, 0), moment(0, 1), moment(1, 1)
-    along = np.stack([0.5 * (xx - yy) + np.hypot(0.5 * (xx - yy), xy), xy], axis=1)
+    along = np.stack([0.5 * (xx - yy) + _length(0.5 * (xx - yy), xy), xy], axis=1)
     along[(along == 0.0).all(axis=1)] = (0.0, 1.0)
-    return middle, along / np.linalg.norm(along, axis=1, keepdims=True)
+    return middle, along / _length(*along.T)[:, None]
+
+
+def _length(x: Doubles, y: Doubles) -> Doubles:
+    """(C,) of vectors; numpy's hypot is the C library's, which rounds as it likes."""
+    length: Doubles = np.sqrt(x * x + y * y)
+    return length

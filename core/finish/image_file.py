@@ -6,8 +6,10 @@ the first use, so that everything else runs without it.
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -20,6 +22,7 @@ from ..base.arrays import Floats
 from ..base.atomic_file import check_writable, leads_to, refusal, replacing
 from ..base.errors import InputError
 from ..base.foreign_text import check_utf8, json_object, one_line
+from ..base.library_faults import REINSTALL, cannot_be_loaded
 from .baked import Metadata
 
 
@@ -78,9 +81,17 @@ def openimageio() -> ModuleType:
     try:
         import OpenImageIO
     except Exception as error:  # a broken library fails in ways of its own: ImportError, OSError, AttributeError
-        cause = one_line(str(error))
-        raise InputError(f"OpenImageIO cannot be loaded ({cause}); install it with: pip install OpenImageIO") from error
+        reinstall = f"{REINSTALL}, or pip install OpenImageIO"
+        raise cannot_be_loaded("OpenImageIO", _home(), error, reinstall) from error
     return OpenImageIO
+
+
+def _home() -> Path | None:
+    """Where OpenImageIO is installed."""
+    with suppress(ValueError):  # of a module that has been put out of use
+        spec = importlib.util.find_spec("OpenImageIO")
+        return Path(spec.origin) if spec is not None and spec.origin is not None else None
+    return None
 
 
 def check_format(name: str, depth: int) -> None:

@@ -66,24 +66,24 @@ def tile_suffix(tile: int | None) -> str:
     return "" if tile is None else f".{tile}"
 
 
-def whole_path(path: Path, scene_file: str | Path) -> Path:
+def whole_path(text: str, scene_file: str | Path) -> Path:
     """The absolute path; at its beginning `//` is the folder of the scene's file, as everywhere in Blender, and `~` the
     user's own, as everywhere else.
 
-    scene_file: empty where the scene was never saved; then `//` raises InputError, as do `~` where there is none, and
-    names that are not UTF-8.
+    text: as it was given, for a Path takes `//` for a network's share on Windows. scene_file: empty where the scene was
+    never saved; then `//` raises InputError, as do `~` where there is none, and names that are not UTF-8.
     """
-    text = path.as_posix()
+    path = Path(text)
     if text.startswith("~"):
         try:
             path = path.expanduser()
         except RuntimeError:
             raise InputError(f"{text}: there is no such user here; give a full path") from None
-    if text.startswith("//") and not str(scene_file):
-        raise InputError(
-            f"{text}: // is the folder of the .blend file, which is not saved; save it or give a full path"
-        )
-    if text.startswith("//"):
+    if text.startswith("//") and not text.startswith("///"):  # which is the root
+        if not str(scene_file):
+            raise InputError(
+                f"{text}: // is the folder of the .blend file, which is not saved; save it or give a full path"
+            )
         path = Path(scene_file).resolve().parent.joinpath(text.lstrip("/"))
     whole = leads_to(path)
     check_utf8(whole)

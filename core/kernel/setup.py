@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import sys
 import sysconfig
 from pathlib import Path
@@ -54,8 +55,13 @@ class BuildLibrary(build_py):
 
     def run(self) -> None:
         super().run()
-        work = Path(self.get_finalized_command("build").build_temp)
-        toolchain.build_library(Path(self.build_lib) / PACKAGE / toolchain.library_name(), work)
+        library = Path(self.build_lib) / PACKAGE / toolchain.library_name()
+        toolchain.build_library(library, toolchain.objects(platform_tag()))
+        licences = library.with_name("licences")
+        shutil.rmtree(licences, ignore_errors=True)
+        licences.mkdir()
+        for name, text in toolchain.linked_licences().items():
+            shutil.copyfile(text, licences / name)
 
 
 class AnyPython(bdist_wheel):

@@ -5,6 +5,8 @@ The one place for them: the wheel (setup.py), the sanitizer build and clang-tidy
 
 from __future__ import annotations
 
+import hashlib
+import importlib
 import importlib.util
 import os
 import platform
@@ -15,11 +17,13 @@ import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 SOURCES = HERE / "src"
 INCLUDE = HERE / "include"
+TESTS = HERE / "tests"
 JOBS = 2
 
 # No contraction to fused multiply-adds: the same input gives the same bits on every machine. No errno, so that square
@@ -80,6 +84,11 @@ def system() -> str:
 def is_x86_64() -> bool:
     wanted = target()
     return wanted.is_x86_64 if wanted else platform.machine().lower() in ("x86_64", "amd64")
+
+
+def objects(tag: str) -> Path:
+    """Where the objects of a wheel's library lie."""
+    return HERE / "build" / tag / "objects"
 
 
 def library_name() -> str:
@@ -151,17 +160,51 @@ def link_flags(work: Path) -> list[str]:
     return ["-shared", "-s", f"-Wl,--version-script={exported}", "-ldl", *own]
 
 
+def linked_licences() -> dict[str, Path]:
+    """The licences of what zig links in beside our own code, by the name of the file that the wheel holds them in."""
+    if "ziglang" not in compiler():
+        return {}
+    (folder,) = importlib.import_module("ziglang").__path__
+    texts = {"LLVM.txt": Path(folder, "lib", "libcxx", "LICENSE.TXT")}
+    if system() == "win32":
+        texts["mingw-w64.txt"] = Path(folder, "lib", "libc", "mingw", "COPYING")
+    return texts
+
+
 def compile_all(files: Sequence[Path], work: Path, extra: Sequence[str]) -> list[Path]:
-    """Object files of `files` under `work`, compiled JOBS at a time with their flags and `extra`."""
+    """Object files of `files` under `work`, compiled JOBS at a time with their flags and `extra`; those that the same
+    command has made of the same files are left."""
     work.mkdir(parents=True, exist_ok=True)
+    read = _digest(
+        [*sorted(INCLUDE.iterdir()), *sorted(SOURCES.glob("*.h")), *sorted(TESTS.glob("*.h"))], _version(*compiler())
+    )
 
     def compile_one(source: Path) -> Path:
-        target = work / f"{source.stem}.o"
-        run([*compiler(), *flags(source), *extra, "-c", str(source), "-o", str(target)])
+        target, stamp = work / f"{source.stem}.o", work / f"{source.stem}.made"
+        command = [*compiler(), *flags(source), *extra, "-c", str(source), "-o", str(target)]
+        made = _digest([source], read, *command)
+        if not (target.exists() and stamp.exists() and stamp.read_text(encoding="utf-8") == made):
+            stamp.unlink(missing_ok=True)
+            run(command)
+            stamp.write_text(made, encoding="utf-8")
         return target
 
     with ThreadPoolExecutor(JOBS) as pool:
         return list(pool.map(compile_one, files))
+
+
+def _digest(files: Sequence[Path], *words: str) -> str:
+    """Of what files hold, and of words."""
+    digest = hashlib.blake2b(digest_size=16)
+    for part in (*(path.read_bytes() for path in files), *(word.encode() for word in words)):
+        digest.update(len(part).to_bytes(8, "little") + part)
+    return digest.hexdigest()
+
+
+@cache
+def _version(*command: str) -> str:
+    """What a compiler says of itself: another version makes other objects."""
+    return subprocess.run([*command, "--version"], capture_output=True, text=True, check=True).stdout
 
 
 def run(command: Sequence[str]) -> None:

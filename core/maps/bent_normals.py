@@ -13,6 +13,7 @@ from enum import Enum
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Longs
+from ..base.singular_values import pseudo_inverse_transposed
 from ..base.vectors import determinant, mapped, transformed_normals, unit
 from ..finish.baked import BakedMap, Metadata
 from ..finish.map_finisher import MapFinisher
@@ -93,7 +94,7 @@ def _in_space(world: Doubles, space: Space, frames: TexelFrames, texels: Longs) 
 def _world_normals(normals: Doubles, linear: Doubles) -> Doubles:
     """Object-space normals in world space; of a mesh that is flattened there as near to it as can be."""
     if determinant(linear) == 0.0:
-        return unit(mapped(normals, np.linalg.pinv(linear).T))
+        return unit(mapped(normals, pseudo_inverse_transposed(linear)))
     return transformed_normals(normals, linear)
 
 

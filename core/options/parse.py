@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 
 def error(text: str) -> float:
@@ -15,12 +14,12 @@ def error(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r} is no error; give one as 0.004 or 1/255") from None
 
 
-def channel(text: str) -> tuple[Path, str]:
+def channel(text: str) -> tuple[str, str]:
     """ "orm.png:R"."""
     name, _, letter = text.rpartition(":")
     if not name or letter.upper() not in ("R", "G", "B", "A"):
         raise argparse.ArgumentTypeError(f"{text!r} is no channel of a file; give one as orm.png:R")
-    return Path(name), letter.upper()
+    return name, letter.upper()
 
 
 def size(text: str) -> tuple[int, int]:

@@ -7,7 +7,6 @@ panel's property and its place, what images and reports tell, and what is kept a
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from ..base.errors import InputError
@@ -592,7 +591,7 @@ _WHERE = (
     Option(
         "coverage",
         Text(),
-        Flag("--coverage", "write the texels' coverage, too", {"type": Path, "metavar": "FILE", "default": None}),
+        Flag("--coverage", "write the texels' coverage, too", {"metavar": "FILE", "default": None}),
     ),
     Option(
         "output",
@@ -621,7 +620,7 @@ _WHERE = (
         Flag(
             "--output",
             "for the images; // is the scene's (occlusion_bake)",
-            {"type": Path, "default": Path("occlusion_bake"), "metavar": "FOLDER"},
+            {"default": "occlusion_bake", "metavar": "FOLDER"},
         ),
     ),
     Option(
@@ -675,7 +674,7 @@ _WHERE = (
         Flag(
             "--color-attributes",
             "bake color attributes, no textures, and write a copy of the scene with them",
-            {"type": Path, "metavar": "FILE.blend", "default": None},
+            {"metavar": "FILE.blend", "default": None},
         ),
     ),
     Option(
@@ -773,7 +772,7 @@ _WHERE = (
         Flag(
             "--report",
             "write what was done, how fast and how well",
-            {"type": Path, "metavar": "FILE.json", "default": None},
+            {"metavar": "FILE.json", "default": None},
         ),
     ),
 )

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from ..base.errors import InputError
 from ..base.kernel_api import DeviceInfo, check, library, release_with
+from ..base.library_faults import explained
 
 OVERRIDE = "OCCLUSION_BAKE_EMBREE"  # a path; nothing else is tried then
 _NAMES = {"win32": "embree4*.dll", "darwin": "libembree4*.dylib"}
@@ -44,9 +45,14 @@ class _Refusal:
     reason: str
 
 
-@cache
 def open_device(threads: int = 0) -> Device:
-    """The first Embree that works; threads = 0 is all of the machine's. Raises InputError naming what was tried."""
+    """The first Embree that works; threads = 0 is all of the machine's. One for each number, for as long as the process
+    lives. Raises InputError naming what was tried."""
+    return _opened(threads)
+
+
+@cache
+def _opened(threads: int) -> Device:
     override = os.environ.get(OVERRIDE)
     refusals = []
     for path in [override] if override else candidates():
@@ -57,9 +63,17 @@ def open_device(threads: int = 0) -> Device:
     if override:
         raise InputError(f"Embree from {OVERRIDE}: {refusals[0].reason}; correct the path or unset the variable")
     tried = "; ".join(refusal.reason for refusal in refusals) or "none found"
-    raise InputError(
-        f"no usable Embree ({tried}); reinstall the extension with its wheels, or set {OVERRIDE} to a libembree4"
-    )
+    raise InputError(f"no usable Embree ({tried}); {_cure(refusals)}")
+
+
+def _cure(refusals: list[_Refusal]) -> str:
+    """That of the first whose fault is known. Bare names are the system's, which need not be there."""
+    for refusal in refusals:
+        path = Path(refusal.path)
+        if path.is_absolute() and (known := explained(path, refusal.reason)):
+            cause, cure = known
+            return f"{path.name}: {cause}; {cure}"
+    return f"reinstall the extension with its wheels, or set {OVERRIDE} to a libembree4"
 
 
 def candidates() -> Iterator[str]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..base.arrays import Doubles, Flags, Longs
 from ..base.kernel_api import Control
+from ..base.singular_values import singular_values
 from ..base.vectors import dot, length_of
 from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
@@ -245,7 +246,7 @@ def _stretch(linear: Doubles) -> Doubles:
     """(N,): the ratio of the singular values of (N, 3, 3) matrices; inf where Embree could not invert one."""
     finite = np.isfinite(linear).all(axis=(1, 2))
     values = np.zeros((len(linear), 3))
-    values[finite] = np.linalg.svd(linear[finite], compute_uv=False)
+    values[finite] = singular_values(linear[finite])
     sound = (values[:, 2] > _LEAST_SCALE) & (values[:, 0] < 1.0 / _LEAST_SCALE)
     return np.divide(values[:, 0], values[:, 2], out=np.full(len(linear), np.inf), where=sound)
 

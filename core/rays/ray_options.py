@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from enum import IntEnum
 
+from ..base.elementary import cos
 from ..base.errors import InputError
 
 LEAST_SPREAD, WHOLE_SPREAD = 1.0, 180.0  # degrees; narrower cones are rays
@@ -52,7 +53,7 @@ class RayOptions:
     @property
     def lobe_cosine(self) -> float:
         """The cosine of the angle off a lobe's axis that rays stay within, as the kernel takes it; 0 for all."""
-        return math.cos(math.radians(0.5 * self.spread)) if self.spread < WHOLE_SPREAD else 0.0
+        return float(cos(math.radians(0.5 * self.spread))) if self.spread < WHOLE_SPREAD else 0.0
 
 
 ALL_OCCLUDERS = RayOptions()  # at any distance, from both sides

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..base.arrays import Flags
 from ..base.errors import InputError
+from ..base.singular_values import NEGLIGIBLE, singular_values
 from .scene import Instance, Mesh
 from .world_mesh import bounds_of
 
@@ -34,7 +35,8 @@ def check_target(target: Instance) -> list[str]:
         raise InputError(
             f"{target.name}: its transform is not finite; clear the location, rotation or scale that is not"
         )
-    if np.linalg.matrix_rank(target.matrix[:3, :3]) < 2:
+    sizes = singular_values(target.matrix[None, :3, :3])[0]
+    if not sizes[1] > NEGLIGIBLE * sizes[0]:
         raise InputError(f"{target.name}: its scale leaves it no area; give at least two axes a scale other than 0")
     flat = int(np.count_nonzero(zero_area(mesh)))
     if flat == len(mesh.triangles):

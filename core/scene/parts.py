@@ -21,6 +21,7 @@ import numpy as np
 
 from ..base import elementary
 from ..base.arrays import Doubles, Flags, Ints, Longs
+from ..base.singular_values import singular_values
 from ..base.vectors import length_of, mapped
 from .scene import Instance
 from .world_mesh import bounds_of
@@ -84,7 +85,7 @@ def _are_large(target: Instance, number: Longs, reach: float) -> bool:
     """Whether none of these triangles is too small to be as far away as that, nor in a cluster. Quickly told, as it is
     so of nearly all meshes: a triangle's longest side is no shorter than the root of its doubled area."""
     areas = length_of(target.mesh.doubled_areas[number])
-    sides = np.sqrt(areas) * np.linalg.svd(target.matrix[:3, :3], compute_uv=False).min()
+    sides = np.sqrt(areas) * singular_values(target.matrix[None, :3, :3]).min()
     small = number[sides < _SMALL * 2.0 * reach]
     some = target.mesh.triangles[small[:: max(len(small) // _SAMPLE, 1)], 0]
     places = mapped(target.mesh.vertices[some].astype(np.float64), target.matrix[:3, :3])

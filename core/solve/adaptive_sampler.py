@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -139,7 +140,7 @@ class AdaptiveSampler:
     def _wanted(self, probed: Probes, error: Error) -> NDArray[np.int_]:
         """The rays of its own that each texel of each block should have after a further round."""
         assert self._goal.error is not None
-        aim = _AIM ** max(self._round - 1, 1) * self._goal.error
+        aim = math.prod([_AIM] * max(self._round - 1, 1)) * self._goal.error
         budget = Budget(
             (aim**2 - error.allowance(self._goal.error)) * float(self._texels.sum()),
             MOST_MEAN_RAYS * float(self._texels.sum()) - self.rays,

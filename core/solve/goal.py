@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ..base import elementary
 from ..base.errors import InputError
 
 # Rays of the first round: about what brings a smooth scene to the error asked for, as measured on the samples. With the
@@ -51,7 +52,7 @@ def first_rays(goal: Goal) -> int:
     if goal.error is None:
         return goal.rays
     known, power = _FILTERED if goal.filters else _PLAIN
-    rays = 16.0 * (known / goal.error) ** power
+    rays = 16.0 * float(elementary.power(known / goal.error, power))
     rays = min(rays, MOST_FIRST_RAYS) if goal.filters else min(rays / 4.0, MOST_FIRST_RAYS / 4)
     return 1 << round(math.log2(max(rays, FEWEST_FIRST_RAYS)))
 
@@ -59,4 +60,4 @@ def first_rays(goal: Goal) -> int:
 def likely_error(goal: Goal) -> float:
     """The RMSE asked for, or about that of so many rays."""
     known, power = _FILTERED if goal.filters else _PLAIN
-    return goal.error or known * (16.0 / goal.rays) ** (1.0 / power)
+    return goal.error or known * float(elementary.power(16.0 / goal.rays, 1.0 / power))

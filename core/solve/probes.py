@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..base.arrays import Doubles, Flags, Floats, Longs, Reals
+from ..base.elementary import power
 from ..rays.accumulators import Accumulator, directions
 from .blocks import block_sums, texels_in
 
@@ -148,7 +149,7 @@ def rays_for(error: float) -> int:
 
     By the error of plain rays on the samples, 0.048 at 16 and falling as N^-0.75.
     """
-    rays = 0.5 * (0.048 / max(error, 1e-9)) ** (4.0 / 3.0)
+    rays = 0.5 * float(power(0.048 / max(error, 1e-9), 4.0 / 3.0))
     return 1 << round(math.log2(min(max(rays, FEWEST_LANE_RAYS), MOST_LANE_RAYS)))
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Flags
+from ..base.elementary import power
 
 MOST_RAYS = 1 << 16  # of a texel
 _TIMES = np.array([1, 2, 4, 8, 16])  # as many rays as before a block may have after a round: nets have powers of two
@@ -39,8 +40,7 @@ class Budget:
     @property
     def left(self) -> Doubles:
         """Of a squared error after each growth."""
-        left: Doubles = _TIMES.astype(np.float64) ** -self.rate
-        return left
+        return power(_TIMES, -self.rate)
 
 
 def rays_after(blocks: Blocks, budget: Budget) -> NDArray[np.int_]:

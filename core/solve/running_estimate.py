@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..base.arrays import Flags, Floats, Longs
-
-# The variance of a texel's N rays falls as N^-1.5: they are a scrambled net, and the integrand has edges.
-_RATE = 1.5
 
 # Half the difference between a texel's first and second half of rays would be the error of their mean, were the halves
 # independent. They are not: each completes the other's points, and the mean is better than that. Measured on the mesh
@@ -63,7 +61,7 @@ class RunningEstimate:
         What faces away in a round has none: at the next the mean that it had stands in."""
         value, precision, noise = (image.reshape(-1) for image in (self.value, self.precision, self.noise))
         so_far = value[texels] * np.float32(before)
-        share = np.float32((after / self.unit) ** _RATE)
+        share = np.float32(_gain(after / self.unit))
         value[texels] = (so_far + total) * np.float32(1.0 / after)
         noise[texels] = _noise(so_far + total, so_far + first_half, after) * share
         precision[texels] = share
@@ -82,6 +80,12 @@ class RunningEstimate:
         self.precision.reshape(-1)[others] = 0.0
 
 
+def _gain(times: float) -> float:
+    """How many times less the variance is by so many times the rays: it falls as N^-1.5, for they are a scrambled net,
+    and the integrand has edges."""
+    return times * math.sqrt(times)
+
+
 def _noise(total: Floats, first_half: Floats, rays: int) -> Floats:
     if rays == 1:
         return np.full_like(total, _ONE_RAY)
@@ -93,7 +97,7 @@ def _noise(total: Floats, first_half: Floats, rays: int) -> Floats:
     spread = 1.0 - mean
     spread *= mean
     np.maximum(spread, np.float32(0.0), out=spread)
-    spread *= np.float32(_NET * rays**-1.5)
+    spread *= np.float32(_NET / _gain(rays))
     noise: Floats = np.square(difference, out=difference)  # in place: these are large, and new memory costs more
     noise += spread
     noise *= np.float32(0.5)

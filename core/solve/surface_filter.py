@@ -14,6 +14,7 @@ import numpy as np
 
 from ..base import kernel_api as api
 from ..base.arrays import Floats, Longs
+from ..base.elementary import power
 from ..rays.texel_surface import TexelSurface
 from ..spherical.lobe import open_horizon
 
@@ -90,14 +91,12 @@ class SurfaceFilter:
 
 def sharpness_of(exponent: float) -> float:
     """How fast weights fall as normals turn away, for a map of this exponent."""
-    sharpness: float = _SHARPNESS * max(exponent, 1.0) ** _SHARPNESS_POWER
-    return min(sharpness, _SHARPEST)
+    return min(_SHARPNESS * float(power(max(exponent, 1.0), _SHARPNESS_POWER)), _SHARPEST)
 
 
 def slope_of(exponent: float) -> float:
     """How much values are likely to change by per unit of the normal."""
-    slope: float = _SLOPE * max(exponent, 1.0) ** _SLOPE_POWER
-    return slope
+    return _SLOPE * float(power(max(exponent, 1.0), _SLOPE_POWER))
 
 
 def _open_shares(exponent: float) -> Floats:

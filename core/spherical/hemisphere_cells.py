@@ -9,6 +9,7 @@ square have the solid angle 2π / side², and a cell of a coarse grid is 2 × 2 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,7 +85,10 @@ def integrals(function: Callable[[Doubles], Doubles], side: int) -> Doubles:
     """
     u, v, weights = _halves(side)
     values = function(directions(u, v).reshape(-1, 3)).reshape(side * side, len(weights), -1)
-    whole: Doubles = HEMISPHERE / side**2 * np.einsum("cqk,q->ck", values, weights)
+    whole = np.zeros((len(values), values.shape[2]))
+    for node, weight in enumerate(weights):  # one after the other, on all processors
+        whole += weight * values[:, node]
+    whole *= HEMISPHERE / side**2
     return whole
 
 
@@ -95,10 +99,34 @@ def coarser(cells: Floats) -> Floats:
     return means
 
 
+@lru_cache
 def gauss(count: int) -> tuple[Doubles, Doubles]:
-    """Nodes and weights of Gauss-Legendre quadrature from 0 to 1, (count,) float64 each."""
-    nodes, weights = np.polynomial.legendre.leggauss(count)  # type: ignore[no-untyped-call] # of numpy
-    return 0.5 * (nodes + 1.0), 0.5 * weights
+    """Nodes and weights of Gauss-Legendre quadrature from 0 to 1, (count,) float64 each, not to be written to.
+
+    By Newton's method from cosines near the roots of the Legendre polynomial; numpy's go by LAPACK, which has bits of
+    its own on each system.
+    """
+    roots = -cos(np.pi * (np.arange(count) + 0.75) / (count + 0.5))
+    for _ in range(_NEWTON):
+        value, slope = _legendre(roots, count)
+        roots = roots - value / slope
+    _, slope = _legendre(roots, count)
+    weights = 2.0 / ((1.0 - roots * roots) * slope * slope)
+    found = 0.5 * (roots + 1.0), 0.5 * weights
+    for each in found:
+        each.flags.writeable = False
+    return found
+
+
+_NEWTON = 8  # steps: from so near four would do
+
+
+def _legendre(x: Doubles, degree: int) -> tuple[Doubles, Doubles]:
+    """P_n and its derivative between -1 and 1, by Bonnet's recurrence."""
+    before, value = np.zeros_like(x), np.ones_like(x)
+    for n in range(degree):
+        before, value = value, ((2 * n + 1) * x * value - n * before) / (n + 1)
+    return value, degree * (before - x * value) / (1.0 - x * x)
 
 
 _NODES = 8  # of the quadrature, along a side

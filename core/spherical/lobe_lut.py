@@ -12,7 +12,7 @@ import numpy as np
 
 from ..base.arrays import Doubles, Floats
 from ..base.elementary import cos
-from .spherical_harmonics import basis, lobe_terms, orders
+from .spherical_harmonics import DIGITS, basis, lobe_terms, orders
 
 DEGREE = 3
 SIDE = 64  # texels of a tile
@@ -53,7 +53,8 @@ def lobe_splines() -> Floats:
     """
     to_splines = _spline_matrix(SIDE)
     tiles = np.stack(np.split(lobe_lut().astype(np.float64), TILES, axis=1))
-    splines = np.einsum("yj,xi,tjic->tyxc", to_splines, to_splines, tiles)
+    down = (to_splines[None, :, :, None, None] * tiles[:, None]).sum(axis=2)
+    splines = (to_splines[None, None, :, :, None] * down[:, :, None]).sum(axis=3)
     image: Floats = np.concatenate(splines.astype(np.float32), axis=1)
     image.flags.writeable = False
     return image
@@ -66,14 +67,14 @@ def _spline_matrix(count: int) -> Doubles:
     for place in range(count):
         weights[place + 1, place : place + 3] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
     weights[0, :5] = weights[-1, -5:] = 1.0, -4.0, 6.0, -4.0, 1.0
-    return np.asarray(np.linalg.inv(weights)[:, 1:-1])
+    return np.asarray(np.round(np.linalg.inv(weights)[:, 1:-1], DIGITS))
 
 
 def _smooth_terms(exponent: float, cosines: Doubles) -> Doubles:
     """`lobe_terms` over (sin θ)^m."""
     held = np.minimum(cosines, cos(_NEAREST))
     sines = np.sqrt(1.0 - held**2)
-    terms: Doubles = lobe_terms(exponent, held, DEGREE) / sines[:, None] ** [m for _, m in orders(DEGREE)]
+    terms: Doubles = lobe_terms(exponent, held, DEGREE) / _powers(sines)[:, [m for _, m in orders(DEGREE)]]
     return terms
 
 
@@ -81,7 +82,13 @@ def _mirror(cosines: Doubles) -> Doubles:
     """The limit of an exponent without end: Y_lm at R, of which the horizon leaves half."""
     held = np.minimum(cosines, cos(_NEAREST))
     sines = np.sqrt(1.0 - held**2)
+    powers = _powers(sines)
     values = basis(np.stack([sines, np.zeros_like(held), held], axis=1), DEGREE)
-    terms: Doubles = np.stack([values[:, l * (l + 1) + m] / sines**m for l, m in orders(DEGREE)], axis=1)  # noqa: E741
+    terms: Doubles = np.stack([values[:, l * (l + 1) + m] / powers[:, m] for l, m in orders(DEGREE)], axis=1)  # noqa: E741
     terms[0] *= 0.5
     return terms
+
+
+def _powers(sines: Doubles) -> Doubles:
+    """(C,) → (C, DEGREE + 1): from 1 on, one product after the other."""
+    return np.cumprod(np.stack([np.ones_like(sines), *DEGREE * [sines]], axis=1), axis=1)

@@ -19,7 +19,6 @@ from functools import lru_cache
 from math import factorial, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Floats, Reals
 from ..base.elementary import arctan2, cos, product
@@ -53,11 +52,12 @@ def basis(ways: Doubles, degree: int) -> Doubles:
     """Y_lm at (N, 3) unit directions: (N, (degree+1)²) float64."""
     values = np.empty((len(ways), count_of(degree)))
     legendre = _legendre(ways[:, 2], degree)
-    powers = _azimuths(ways[:, 0] + 1j * ways[:, 1], degree)
+    powers = _azimuths(ways[:, 0], ways[:, 1], degree)
     for place, (l, m) in enumerate(orders(degree)):  # noqa: E741
-        values[:, l * (l + 1) + m] = legendre[place] * powers[m].real
+        cosine, sine = powers[m]
+        values[:, l * (l + 1) + m] = legendre[place] * cosine
         if m:
-            values[:, l * (l + 1) - m] = legendre[place] * powers[m].imag
+            values[:, l * (l + 1) - m] = legendre[place] * sine
     return values
 
 
@@ -101,13 +101,15 @@ def rebuild(code: Floats, reflected: Reals, exponent: float) -> Floats:
     first = np.minimum(place.astype(np.int64), _ANGLES - 2)
     terms = table[first] + (place - first)[:, None] * (table[first + 1] - table[first])
     length = np.sqrt(x * x + y * y)
-    turn = np.divide(x + 1j * y, length, out=np.ones(len(x), dtype=np.complex128), where=length > 0.0)
-    powers = _azimuths(turn, degree)
+    turned = length > 0.0
+    along = np.divide(x, length, out=np.ones_like(x), where=turned)
+    powers = _azimuths(along, np.divide(y, length, out=np.zeros_like(y), where=turned), degree)
     sums = np.zeros(len(code))
     for column, (l, m) in enumerate(orders(degree)):  # noqa: E741
-        about = code[:, l * (l + 1) + m] * powers[m].real
+        cosine, sine = powers[m]
+        about = code[:, l * (l + 1) + m] * cosine
         if m:
-            about = about + code[:, l * (l + 1) - m] * powers[m].imag
+            about = about + code[:, l * (l + 1) - m] * sine
         sums += terms[:, column] * about
     return np.clip(sums, 0.0, sqrt(4.0 * pi) * terms[:, 0]).astype(np.float32)
 
@@ -122,9 +124,9 @@ def lobe_terms(exponent: float, cosines: Doubles, degree: int) -> Doubles:
         part = slice(start, start + _AT_A_TIME)
         ways, weights = lobe_nodes(exponent, cosines[part])
         legendre = _legendre(ways[..., 2], degree)
-        powers = _azimuths(ways[..., 0] + 1j * ways[..., 1], degree)
+        powers = _azimuths(ways[..., 0], ways[..., 1], degree)
         for column, (_, m) in enumerate(orders(degree)):
-            terms[part, column] = (weights * legendre[column] * powers[m].real).sum(axis=1)
+            terms[part, column] = (weights * legendre[column] * powers[m][0]).sum(axis=1)
     return terms
 
 
@@ -159,11 +161,13 @@ def _legendre(z: Doubles, degree: int) -> list[Doubles]:
     return scaled
 
 
-def _azimuths(across: NDArray[np.complex128], degree: int) -> list[NDArray[np.complex128]]:
-    """(x + iy)^m for m up to the degree."""
-    powers = [np.ones_like(across)]
+def _azimuths(x: Doubles, y: Doubles, degree: int) -> list[tuple[Doubles, Doubles]]:
+    """(x + iy)^m for m up to the degree, real and imaginary parts: numpy multiplies complex numbers with more or fewer
+    roundings, as the processor has it."""
+    powers = [(np.ones_like(x), np.zeros_like(x))]
     for _ in range(degree):
-        powers.append(powers[-1] * across)
+        real, imaginary = powers[-1]
+        powers.append((real * x - imaginary * y, real * y + imaginary * x))
     return powers
 
 
@@ -172,7 +176,7 @@ def _open_code(degree: int) -> Doubles:
     return np.concatenate([[sqrt(4.0 * pi)], np.zeros(count_of(degree) - 1)])
 
 
-_DIGITS = 12  # after the point: beyond them each processor's linear algebra has its own, and what is 0 by symmetry none
+DIGITS = 12  # after the point: beyond them each system's linear algebra has its own, and what is 0 by symmetry none
 
 
 @lru_cache
@@ -193,5 +197,5 @@ def _fit_matrix(degree: int, side: int) -> Doubles:
     gram = integrals(products, 8).sum(axis=0).reshape(count, count)
     matrix = np.linalg.solve(gram + _REGULAR * np.eye(count), integrals(weighted, side).T)
     left = matrix + (_open_code(degree) - matrix.sum(axis=1))[:, None] / side**2
-    rounded: Doubles = np.round(left, _DIGITS) + 0.0  # no -0
+    rounded: Doubles = np.round(left, DIGITS) + 0.0  # no -0
     return rounded

@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Floats, Reals
+from ..base.elementary import powers, product
 from ..base.errors import InputError
+from ..base.vectors import length_of
 from .hemisphere_cells import check_cells, check_side, subcells
 from .lobe import check_exponent, open_horizon
 
@@ -58,7 +60,7 @@ def rebuild(cells: Floats, reflected: Reals, exponent: float) -> Floats:
         part = slice(start, start + step)
         ways = _above(np.asarray(reflected[part], dtype=np.float64))
         weights = _lobe(pieces, ways, exponent)
-        share = np.einsum("nc,nc->n", weights, cells[part].reshape(len(ways), -1)) / weights.sum(axis=1)
+        share = (weights * cells[part].reshape(len(ways), -1)).sum(axis=1) / weights.sum(axis=1)
         rebuilt[part] = share * open_horizon(exponent, ways[:, 2])
     return rebuilt
 
@@ -74,17 +76,16 @@ def _above(ways: Doubles) -> Doubles:
     if (ways[:, 2] >= 0.0).all():
         return ways
     level = np.where(ways[:, 2:] < 0.0, ways * (1.0, 1.0, 0.0), ways)
-    length = np.linalg.norm(level, axis=1, keepdims=True)
+    length = length_of(level)[:, None]
     above: Doubles = np.where(length > 0.0, level / np.maximum(length, 1e-300), (1.0, 0.0, 0.0))
     return above
 
 
 def _lobe(pieces: Floats, ways: Doubles, exponent: float) -> Doubles:
     """(N, side²): the lobe about each R, summed over the pieces of each cell, as a share of its greatest value."""
-    cosines = np.maximum(ways.astype(np.float32) @ pieces.reshape(-1, 3).T, np.float32(1e-30))
-    logs = np.log(cosines, out=cosines).astype(np.float64)
-    logs *= exponent
-    logs -= logs.max(axis=1, keepdims=True)  # a narrow lobe may pass between the pieces
-    lobe = np.exp(logs, out=logs).reshape(len(ways), len(pieces), -1)
-    sums: Doubles = lobe.sum(axis=2)
+    cosines = np.maximum(product(ways.astype(np.float32), pieces.reshape(-1, 3).T), np.float32(1e-30))
+    # As a share of the greatest: a narrow lobe may pass between the pieces, and leave nothing but zeros.
+    shares = cosines / cosines.max(axis=1, keepdims=True)
+    lobe = powers(shares, exponent).reshape(len(ways), len(pieces), -1)
+    sums: Doubles = lobe.sum(axis=2, dtype=np.float64)
     return sums

@@ -73,10 +73,11 @@ class TexelFrames:
     def frames_of(self, tangents: Floats, texels: Longs) -> TangentFrames:
         """`frames` by other tangents, (T, 3, 4), as those of another UV map."""
         triangle, weights = self._owner[texels], self.weights(texels)
-        normal = _interpolated(self._normals[triangle], weights)
-        tangent = _interpolated(tangents[triangle, :, :3], weights)
-        sign = np.where(tangents[triangle, 0, 3] < 0.0, -1.0, 1.0)
-        return TangentFrames(tangent, sign[:, np.newaxis] * np.cross(normal, tangent), normal, sign)
+        normal = weighted(weights, self._normals[triangle].astype(np.float64))
+        tangent = weighted(weights, tangents[triangle, :, :3].astype(np.float64))
+        sign: Doubles = np.where(tangents[triangle, 0, 3] < 0.0, -1.0, 1.0)
+        bitangent: Doubles = sign[:, np.newaxis] * np.cross(normal, tangent)
+        return TangentFrames(tangent, bitangent, normal, sign)
 
     @cached_property
     def areas(self) -> Doubles:
@@ -89,7 +90,7 @@ class TexelFrames:
 
     def normals(self, texels: Longs) -> Doubles:
         """The frames' normals alone, (N, 3) float64."""
-        return _interpolated(self._normals[self._owner[texels]], self.weights(texels))
+        return weighted(self.weights(texels), self._normals[self._owner[texels]].astype(np.float64))
 
     def weights(self, texels: Longs) -> Doubles:
         """(N, 3) float64: barycentric weights of the footprints' middles, by the UVs' own plane."""
@@ -131,8 +132,3 @@ def _flat(uv: Floats) -> WorldMesh:
     corners = np.concatenate([uv, np.zeros((*uv.shape[:2], 1), dtype=np.float32)], axis=2).reshape(-1, 3)
     triangles = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
     return WorldMesh(np.ascontiguousarray(corners), triangles, np.ascontiguousarray(uv))
-
-
-def _interpolated(corners: Reals, weights: Doubles) -> Doubles:
-    """(N, 3, 3) values at corners and (N, 3) weights → (N, 3) float64."""
-    return weighted(weights, corners.astype(np.float64))

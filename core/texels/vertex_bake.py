@@ -103,12 +103,13 @@ class FineCells:
         across, down = self.size[0] // side, self.size[1] // side
         i, j = np.meshgrid(np.arange(side), np.arange(side))
         weight = np.where(i + j < side - 1, 1.0, np.where(i + j == side - 1, 0.5, 0.0))
-        corner = np.stack([(i < half) & (j < half), i >= half, j >= half]) * weight
+        corners = [((i < half) & (j < half)) * weight, (i >= half) * weight, (j >= half) * weight]
 
         def sums(image: Doubles) -> Doubles:
             cells = image.reshape(down, side, across, side)
-            found: Doubles = np.einsum("yjxi,cji->yxc", cells, corner).reshape(-1, 3)[: self._count]
-            return found
+            found = [(cells * corner[:, np.newaxis]).sum(axis=(1, 3)) for corner in corners]
+            means: Doubles = np.stack(found, axis=2).reshape(-1, 3)[: self._count]
+            return means
 
         with np.errstate(invalid="ignore"):
             means: Doubles = sums(np.where(covered, values, 0.0).astype(np.float64)) / sums(covered.astype(np.float64))

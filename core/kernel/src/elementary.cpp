@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "occlusion_kernel.h"
-#include "packets.h"
 #include "status.h"
 
 namespace ob::elementary {
@@ -177,14 +176,6 @@ int32_t ob_elementary(int32_t function, const double *x, int64_t count, double *
     return ob::fail(OB_INVALID, "ob_elementary of no such function, or without its numbers");
   }
   std::transform(x, x + count, y, kFunctions[function]);
-  return OB_OK;
-}
-
-int32_t ob_powers(const float *x, int64_t count, float exponent, float *y) {
-  if (!(exponent >= 0.0F) || count < 0 || (count > 0 && (x == nullptr || y == nullptr))) {
-    return ob::fail(OB_INVALID, "ob_powers to an exponent below 0, or without its numbers");
-  }
-  ob::choose_code(ob::kLanes).powers(x, count, exponent, y);
   return OB_OK;
 }
 

@@ -50,7 +50,7 @@ private:
   size_t framed(Texel texel) const { return static_cast<size_t>((texel.y + 1) * stride_ + texel.x + 1); }
   float &value(Texel texel) { return values_[int64_t{texel.y} * width_ + texel.x]; }
 
-  // Waiting texels that touch a known one, no longer waiting: the only pass over the whole image.
+  // Waiting texels that touch a known one, no longer waiting: the only pass that looks about every texel.
   std::vector<Texel> first_ring() {
     std::vector<Texel> ring;
     std::vector<uint8_t> touched(static_cast<size_t>(width_));

@@ -1,4 +1,4 @@
-// Products of matrices whose every bit is the same on all systems, as those of numpy's libraries are not.
+// Products of matrices, and powers, whose every bit is the same on all systems, as those of numpy's libraries are not.
 #include <algorithm>
 #include <vector>
 
@@ -51,6 +51,14 @@ int32_t ob_product(const float *a, const float *b, int64_t rows, int64_t inner, 
     }
     return OB_OK;
   });
+}
+
+int32_t ob_powers(const float *x, int64_t count, float exponent, float *y) {
+  if (!(exponent >= 0.0F) || count < 0 || (count > 0 && (x == nullptr || y == nullptr))) {
+    return ob::fail(OB_INVALID, "ob_powers to an exponent below 0, or without its numbers");
+  }
+  ob::choose_code(ob::kLanes).powers(x, count, exponent, y);
+  return OB_OK;
 }
 
 } // extern "C"

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from occlusion_bake.core.base.errors import InputError
+from occlusion_bake.core.rays import embree
 from occlusion_bake.core.rays.embree import OVERRIDE, Device, candidates, open_device
 from occlusion_bake.core.rays.map_spec import AO, reflection
 from occlusion_bake.core.rays.texel_surface import TexelSurface
@@ -24,7 +25,7 @@ from occlusion_bake.tests.oracles import shapes
 
 def open_anew(threads: int = 1) -> Device:
     """Not the device that an earlier call has opened."""
-    return open_device.__wrapped__(threads)
+    return embree._opened.__wrapped__(threads)
 
 
 def library_of(package: str) -> str:
