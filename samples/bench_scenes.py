@@ -111,7 +111,7 @@ def sculpted(side: int) -> Doubles:
 def add_net(scene: bpy.types.Scene, name: str, points: Doubles) -> bpy.types.Object:
     """Smooth quads over a (rows, columns, 3) net, UVs along it; made of arrays, for nets of millions."""
     rows, columns = points.shape[:2]
-    corner = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    corner = (np.arange(rows - 1, dtype=np.int64)[:, None] * columns + np.arange(columns - 1, dtype=np.int64)).ravel()
     quads = np.stack([corner, corner + 1, corner + columns + 1, corner + columns], axis=1)
     along = [shapes.INSET + (1.0 - 2.0 * shapes.INSET) * np.linspace(0.0, 1.0, count) for count in (columns, rows)]
     uv = np.stack(np.meshgrid(*along), axis=-1).reshape(-1, 2)
@@ -230,12 +230,15 @@ def gaps(scene: bpy.types.Scene) -> Sample:
 def part(scene: bpy.types.Scene) -> Sample:
     """A flange with a hub, bores and ribs: bevelled, shaded smooth, its sharp edges marked."""
     mesh = bpy.data.meshes.new("Flange")
-    bolts = [_circle(0.075, 24, (0.74 * np.cos(turn), 0.74 * np.sin(turn))) for turn in np.arange(8) * np.pi / 4]
+    bolts = [
+        _circle(0.075, 24, (0.74 * np.cos(turn), 0.74 * np.sin(turn)))
+        for turn in np.arange(8, dtype=np.int64) * np.pi / 4
+    ]
     with shapes.solid(mesh) as draft:
         shapes.prism(draft, _circle(1.0, 96), (0.0, 0.0, 0.18), Matrix(), holes=[_circle(0.3, 64), *bolts])
         hub = Matrix.Translation((0.0, 0.0, 0.18 + CLEAR))
         shapes.prism(draft, _circle(0.46, 96), (0.0, 0.0, 0.55), hub, holes=[_circle(0.3, 64)])
-        for turn in np.arange(4) * np.pi / 2 + np.pi / 8:
+        for turn in np.arange(4, dtype=np.int64) * np.pi / 2 + np.pi / 8:
             upright = Matrix.Rotation(turn, 4, "Z") @ Matrix.Translation((0.0, 0.03, 0.0)) @ _UPRIGHT
             low = 0.18 + CLEAR
             shapes.prism(draft, [(0.47, low), (0.92, low), (0.47, 0.6)], (0.0, -0.06, 0.0), upright)
@@ -250,7 +253,7 @@ def part(scene: bpy.types.Scene) -> Sample:
 
 
 def _circle(radius: float, corners: int, at: tuple[float, float] = (0.0, 0.0)) -> list[tuple[float, float]]:
-    turns = np.arange(corners) * 2.0 * np.pi / corners
+    turns = np.arange(corners, dtype=np.int64) * 2.0 * np.pi / corners
     return [(at[0] + radius * float(np.cos(turn)), at[1] + radius * float(np.sin(turn))) for turn in turns]
 
 

@@ -38,7 +38,9 @@ class _Block:
 
     def __init__(self) -> None:
         ends = [(math.floor(low / CELL), math.ceil(high / CELL)) for low, high in zip(LOW, HIGH, strict=True)]
-        self.axes = [CELL * np.arange(first, last + 1) for first, last in ends]  # alike on both sides of x = 0
+        self.axes = [
+            CELL * np.arange(first, last + 1, dtype=np.int64) for first, last in ends
+        ]  # alike on both sides of x = 0
         self.values = np.ones([len(axis) for axis in self.axes])
 
     def join(self, piece: Distance, box: tuple[Doubles, Doubles], blend: float) -> None:

@@ -34,8 +34,10 @@ def build(scene: bpy.types.Scene) -> stage.Sample:
 def _stems() -> Doubles:
     """(STEMS, points, 3): arches from the soil outwards, the inner ones steep and tall."""
     rng = np.random.default_rng(5)
-    turn = 2.39996 * np.arange(STEMS) + rng.normal(0.0, 0.15, STEMS)  # the golden angle spreads them evenly
-    spread = np.sqrt((np.arange(STEMS) + 0.5) / STEMS)
+    turn = 2.39996 * np.arange(STEMS, dtype=np.int64) + rng.normal(
+        0.0, 0.15, STEMS
+    )  # the golden angle spreads them evenly
+    spread = np.sqrt((np.arange(STEMS, dtype=np.int64) + 0.5) / STEMS)
     t = np.linspace(0.0, 1.0, 25)
     out = 0.09 * spread[:, None] + (0.12 + 0.4 * spread[:, None]) * t**1.5
     rise = 0.25 + (0.78 - 0.3 * spread[:, None]) * (t - 0.35 * spread[:, None] * t**3)
@@ -46,14 +48,14 @@ def _leaves(stems: Doubles) -> bpy.types.Mesh:
     """Leaves around the upper part of each stem, turned by the golden angle from one to the next."""
     rng = np.random.default_rng(11)
     t = np.tile(np.linspace(0.25, 1.0, PER_STEM), STEMS)
-    stem = np.repeat(np.arange(STEMS), PER_STEM)
+    stem = np.repeat(np.arange(STEMS, dtype=np.int64), PER_STEM)
     place = t * (stems.shape[1] - 1)
     low = np.minimum(place.astype(int), stems.shape[1] - 2)
     start, step = stems[stem, low], stems[stem, low + 1] - stems[stem, low]
     root = start + (place - low)[:, None] * step
     up = _unit(step)
     side = _unit(np.cross(up, (0.3, 0.5, 0.2)))
-    angle = 2.39996 * np.arange(len(t)) + rng.normal(0.0, 0.2, len(t))
+    angle = 2.39996 * np.arange(len(t), dtype=np.int64) + rng.normal(0.0, 0.2, len(t))
     out = np.cos(angle)[:, None] * side + np.sin(angle)[:, None] * np.cross(up, side)
     forward = _unit(out + (0.25 + 1.0 * t[:, None] ** 6) * up + (0.0, 0.0, 0.25))
     length = rng.uniform(0.1, 0.15, len(t)) * (1.15 - 0.4 * t)
@@ -83,7 +85,7 @@ def _lay_out(mesh: bpy.types.Mesh, outline: Doubles, across: Doubles, count: int
     u = np.broadcast_to(np.linspace(0.0, 1.0, len(outline)), (len(across), len(outline)))
     v = 0.5 + 0.5 * across[:, None] * outline
     flat = np.stack([u, v], axis=-1).reshape(1, -1, 2) * 0.94 + 0.03
-    cell = np.stack(np.divmod(np.arange(count), CELLS), axis=-1)[:, None]
+    cell = np.stack(np.divmod(np.arange(count, dtype=np.int64), CELLS), axis=-1)[:, None]
     mesh.uv_layers.remove(mesh.uv_layers[0])
     shapes.set_uv(mesh, ((flat + cell) / CELLS).reshape(-1, 2)[corners])
 

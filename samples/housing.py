@@ -122,7 +122,10 @@ def _rivets(draft: BMesh) -> None:
 
 def _ball(draft: BMesh, middle: stage.Triple, radius: float, rings: int = 16, around: int = 24) -> None:
     """Of rings of quads; bmesh's own operator looks for doubles in the whole mesh, each time."""
-    across, up = np.meshgrid(2.0 * np.pi * np.arange(around) / around, np.pi * (np.arange(1, rings) / rings - 0.5))
+    across, up = np.meshgrid(
+        2.0 * np.pi * np.arange(around, dtype=np.int64) / around,
+        np.pi * (np.arange(1, rings, dtype=np.int64) / rings - 0.5),
+    )
     points = np.stack([np.cos(up) * np.cos(across), np.cos(up) * np.sin(across), np.sin(up)], axis=-1)
     net = [[draft.verts.new(middle + radius * point) for point in ring] for ring in points]
     poles = [draft.verts.new((*middle[:2], middle[2] + end * radius)) for end in (-1.0, 1.0)]

@@ -61,7 +61,7 @@ def sheet(name: str, points: ArrayLike, closed: bool = False, smooth: bool = Tru
     row, column = np.mgrid[: rows - (not closed), : columns - 1].reshape(2, -1, 1)
     corner = np.array([(0, 0), (0, 1), (1, 1), (1, 0)])
     place = (row + corner[:, 0]) % rows * columns + column + corner[:, 1]
-    faces = (np.arange(count)[:, None, None] * rows * columns + place).reshape(-1, 4)
+    faces = (np.arange(count, dtype=np.int64)[:, None, None] * rows * columns + place).reshape(-1, 4)
     mesh = bpy.data.meshes.new(name)
     mesh.from_pydata(nets.reshape(-1, 3), [], faces.tolist())
     along = np.stack([(column + corner[:, 1]) / (columns - 1), (row + corner[:, 0]) / (rows - (not closed))], axis=-1)
@@ -96,7 +96,9 @@ def lathe(name: str, profile: Sequence[Pair], segments: int = 64, crease: float 
     layer = mesh.uv_layers[0].uv
     layer.foreach_get("vector", uv)
     step = (uv[1::2] - INSET) / (1.0 - 2.0 * INSET) * (len(profile) - 1)
-    uv[1::2] = INSET + (1.0 - 2.0 * INSET) * np.interp(step, np.arange(len(profile)), length / length[-1])
+    uv[1::2] = INSET + (1.0 - 2.0 * INSET) * np.interp(
+        step, np.arange(len(profile), dtype=np.int64), length / length[-1]
+    )
     layer.foreach_set("vector", uv)
     with drawn(mesh) as draft:
         bmesh.ops.remove_doubles(draft, verts=draft.verts[:], dist=1e-6)

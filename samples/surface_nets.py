@@ -26,7 +26,7 @@ def surface_net(values: Doubles, low: Sequence[float] | Doubles, step: float) ->
     corners = np.stack([_shifted(inside, corner) for corner in _CORNERS])
     active = corners.any(axis=0) & ~corners.all(axis=0)
     number = np.full(active.shape, -1, np.int64)
-    number[active] = np.arange(np.count_nonzero(active))
+    number[active] = np.arange(np.count_nonzero(active), dtype=np.int64)
     points = low + step * (np.argwhere(active) + _crossing_middle(values, active))
     return points, _net_quads(inside, number)
 
@@ -75,4 +75,4 @@ def _net_quads(inside: Flags, number: Longs) -> Longs:
 
 def _along(grid: Flags, axis: int, end: int) -> Flags:
     """The first or the second end of every edge along an axis."""
-    return np.take(grid, np.arange(end, grid.shape[axis] - 1 + end), axis=axis)
+    return np.take(grid, np.arange(end, grid.shape[axis] - 1 + end, dtype=np.int64), axis=axis)

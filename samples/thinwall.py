@@ -76,8 +76,8 @@ def _carton() -> bpy.types.Mesh:
 
 def _leaflet() -> bpy.types.Mesh:
     """One sheet in six panels, folded to and fro and standing on edge."""
-    x = np.arange(7) * 0.055
-    y = np.where(np.arange(7) % 2, 0.04, -0.04)
+    x = np.arange(7, dtype=np.int64) * 0.055
+    y = np.where(np.arange(7, dtype=np.int64) % 2, 0.04, -0.04)
     bottom, top = np.stack([x, y, 0.0 * x], axis=-1), np.stack([x, y, 0.0 * x + 0.21], axis=-1)
     return shapes.sheet("Leaflet", np.stack([bottom, top]), smooth=False)
 

@@ -25,7 +25,7 @@ from pathlib import Path, PureWindowsPath
 
 from build_extension import only, pins
 from check_kernel import FOR_TESTS, ROOT, toolchain
-from try_extension import bake_as_module
+from try_extension import bake_as_module, run_piped
 
 TOOLS = Path(__file__).resolve().parent
 PYTHON = TOOLS / "foreign_python"  # the Go program that brings it along
@@ -33,7 +33,7 @@ RELEASE, REQUIREMENTS = "3.11", "py311"
 # What neither Blender nor a test imports: checks of the sources, and the wheels that the extension has of its own.
 LEFT_OUT = ("clang-format", "clang-tidy", "fake-bpy-module-4.5", "import-linter", "mypy", "ruff", "setuptools")
 OF_BLENDER = ("bpy", "numpy", "zstandard", "requests", "urllib3", "idna", "certifi", "charset-normalizer", "Cython")
-GO_TOOLCHAIN = "go1.21.13"  # programs of later ones ask Wine 8 for a library that it has not
+GO_TOOLCHAIN = "go1.21.0"  # programs of later ones ask Wine 8 for a library that it has not
 
 
 # Names of any letters reach Windows' programs, and nobody is asked whether to install Mono or Gecko.
@@ -70,20 +70,6 @@ class Windows:
         """What a path of ours is called there."""
         return str(PureWindowsPath("Z:/", *path.absolute().parts[1:]))
 
-    def run(self, command: Sequence[str], **more: str) -> None:
-        """SystemExit where it fails. Through a pipe: a program of Windows may take a file for no handle at all."""
-        print("+", shlex.join(command), flush=True)
-        environment = {**self.environment, **more}
-        with subprocess.Popen(
-            command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
-        ) as child:
-            assert child.stdout is not None
-            for line in child.stdout:
-                sys.stdout.buffer.write(line)
-                sys.stdout.flush()
-        if child.returncode:
-            raise SystemExit(f"FAILED with status {child.returncode}: {shlex.join(command)}")
-
     def packages(self, name: str, wanted: dict[str, str]) -> Path:
         """A folder with wheels' contents, made of those for Windows."""
         folder, mark = self.folder / name, self.folder / f"{name}.made"
@@ -109,7 +95,7 @@ class Windows:
             built = subprocess.run([go, "build", "-trimpath", "-o", str(program), "."], cwd=PYTHON, env=asked)
             if built.returncode:
                 raise Unavailable("the module that brings a Python for Windows, which go could not fetch")
-            self.run([wine(), str(program), self.seen(folder)])
+            run_piped([wine(), str(program), self.seen(folder)], self.environment)
         return folder
 
 
@@ -150,7 +136,7 @@ def kernel(system: Windows) -> None:
     ):
         program = work / f"{test.stem}.exe"
         toolchain.run([*toolchain.compiler(), str(compiled), *map(str, linked), "-o", str(program)])
-        system.run([wine(), str(program), system.seen(embree)])
+        run_piped([wine(), str(program), system.seen(embree)], system.environment)
     print(f"{len(tests)} of {len(tests)} kernel tests pass on {system.platform}")
 
 
@@ -167,19 +153,21 @@ def extension(system: Windows, archive: str) -> None:
 def suite(system: Windows, *words: str) -> None:
     """pytest on this checkout, with the wheel of the kernel for Windows."""
     # One that hangs shows where every thread stands, and is ended by pytest itself (pyproject.toml).
-    system.run(
-        [*system.python, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider", *words], PYTHONPATH=search_path(system)
-    )
+    furnish(system)
+    run_piped([*system.python, "-B", "-m", "pytest", "-q", "-p", "no:cacheprovider", *words], system.environment)
 
 
-def search_path(system: Windows) -> str:
-    """Where its Python finds this checkout, the kernel's wheel and all else."""
+def furnish(system: Windows) -> None:
+    """Have its Python find this checkout, the kernel's wheel and all else, as if they were installed."""
     ours = system.folder / "ours"
     ours.mkdir(exist_ok=True)
     if not (link := ours / "occlusion_bake").is_symlink():
         link.symlink_to(ROOT)
     library = unpacked(ROOT / "build" / f"kernel-{system.platform}", system.folder / "library")
-    return ";".join(system.seen(folder) for folder in (ours, library, blender(system), others(system)))
+    folders = (ours, library, blender(system), others(system))
+    site = Path(system.python[-1]).parent / "Lib" / "site-packages"
+    site.mkdir(exist_ok=True)
+    (site / "occlusion_bake.pth").write_text("".join(f"{system.seen(folder)}\n" for folder in folders), encoding="utf-8")
 
 
 def unpacked(wheels: Path, folder: Path) -> Path:
@@ -199,8 +187,8 @@ def bits(system: Windows) -> None:
     if (zigs := ROOT / "build" / "kernel-linux-x64").exists():
         path = {"PYTHONPATH": str(unpacked(zigs, system.folder / "library-linux"))}
         found["here, by zig"] = output([sys.executable, *asked, str(scene)], os.environ | path)
-    path = {"PYTHONPATH": search_path(system)}
-    found[system.platform] = output([*system.python, "-B", *asked, system.seen(scene)], system.environment | path)
+    furnish(system)
+    found[system.platform] = output([*system.python, "-B", *asked, system.seen(scene)], system.environment)
     for where, lines in found.items():
         print(f"{where}: {len(lines)} hashes, {len(set(lines) - set(found['here']))} others than here")
     if any(lines != found["here"] for lines in found.values()):

@@ -54,6 +54,7 @@ _LIBRARIES = {
     "embreex": (
         _Library("Embree", r"embree4", "Apache-2.0", _APACHE),
         _Library("oneTBB", r"tbb", "Apache-2.0", _APACHE),
+        _Library("Visual C++ runtime", r"msvcp140", "LicenseRef-MSVC-runtime", "msvc-runtime.txt"),
     ),
 }
 # What the compiler links into the kernel (toolchain.py), by its file in the wheel: name, version, licence.

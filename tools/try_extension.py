@@ -18,6 +18,7 @@ import zipfile
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Timer
 
 TOOLS = Path(__file__).resolve().parent
 INSIDE = str(TOOLS / "in_blender.py")
@@ -29,11 +30,24 @@ TIMEOUT = 900
 
 def call(command: Sequence[str], resources: Path, seen: Callable[[Path], str] = str, **more: str) -> None:
     """Run a command with a profile of its own. SystemExit where it fails."""
+    run_piped(command, {**environment_of(resources, seen), **more})
+
+
+def run_piped(command: Sequence[str], environment: dict[str, str]) -> None:
+    """Run a command and pass on what it writes. SystemExit where it fails. Through a pipe: Windows' programs under Wine
+    take a file for no handle at all."""
     print("+", shlex.join(command), flush=True)
-    environment = {**environment_of(resources, seen), **more}
-    status = subprocess.run(command, env=environment, stdin=subprocess.DEVNULL, timeout=TIMEOUT).returncode
-    if status:
-        raise SystemExit(f"FAILED with status {status}: {shlex.join(command)}")
+    pipe, none = subprocess.PIPE, subprocess.DEVNULL
+    with subprocess.Popen(command, env=environment, stdin=none, stdout=pipe, stderr=subprocess.STDOUT) as child:
+        watch = Timer(TIMEOUT, child.kill)
+        watch.start()
+        assert child.stdout is not None
+        for line in child.stdout:
+            sys.stdout.buffer.write(line)
+            sys.stdout.buffer.flush()
+        watch.cancel()
+    if child.returncode:
+        raise SystemExit(f"FAILED with status {child.returncode}: {shlex.join(command)}")
 
 
 def environment_of(resources: Path, seen: Callable[[Path], str] = str) -> dict[str, str]:

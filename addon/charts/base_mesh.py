@@ -59,7 +59,7 @@ def _not_merely_flat(mesh: bpy.types.Mesh, edges: Ints, sharp: Flags) -> Flags:
     which says no more than that it is flat. edges: (L,) that which begins at each corner."""
     counts = np.empty(len(mesh.polygons), np.int32)
     mesh.polygons.foreach_get("loop_total", counts)
-    polygon = np.repeat(np.arange(len(counts)), counts)
+    polygon = np.repeat(np.arange(len(counts), dtype=np.int64), counts)
     smooth = np.bincount(polygon, ~sharp[edges], len(counts)) > 0.0
     found = np.zeros_like(sharp)
     found[edges[smooth[polygon]]] = True

@@ -51,7 +51,7 @@ def layout_steps(context: bpy.types.Context, order: ChartOrder, progress: Progre
         charts: Charts = yield _unwrapping(
             title, bare, request, _teller(progress, title, 0.0, 1.0 if alone else _UNWRAPPED)
         )
-        new = np.split(charts.uv, np.cumsum([len(part.base.triangles) for part in bare])[:-1])
+        new = np.split(charts.uv, np.cumsum([len(part.base.triangles) for part in bare], dtype=np.int64)[:-1])
         if alone:
             return ChartLayout(
                 new, ChartFigures(charts.count, charts.stretch, charts.utilisation, charts.padding, PADDING)
@@ -68,8 +68,8 @@ def _teller(progress: Progress, title: str, start: float, end: float) -> Tell:
 
 def _unwrapping(title: str, parts: Sequence[Part], request: ChartRequest, tell: Tell) -> Callable[[], Charts]:
     """The unwrap of parts as one mesh."""
-    starts = np.cumsum([0, *(len(part.base.vertices) for part in parts)])
-    faces = np.cumsum([0, *(int(part.base.polygons.max(initial=-1)) + 1 for part in parts)])
+    starts = np.cumsum([0, *(len(part.base.vertices) for part in parts)], dtype=np.int64)
+    faces = np.cumsum([0, *(int(part.base.polygons.max(initial=-1)) + 1 for part in parts)], dtype=np.int64)
     vertices = np.concatenate([part.vertices for part in parts])
     triangles = np.concatenate([part.base.triangles + start for part, start in zip(parts, starts, strict=False)])
     polygons = np.concatenate([part.base.polygons + start for part, start in zip(parts, faces, strict=False)])

@@ -72,7 +72,7 @@ def tried_map(meshes: Iterable[bpy.types.Mesh], name: str) -> Iterator[None]:
             if name not in mesh.uv_layers:
                 layer = _own_layer(mesh, name)
                 given.append(mesh)
-                places = vertices_of(mesh, np.arange(len(mesh.loops)))[:, np.newaxis] * _SCATTER % 1.0
+                places = vertices_of(mesh, np.arange(len(mesh.loops), dtype=np.int64))[:, np.newaxis] * _SCATTER % 1.0
                 layer.uv.foreach_set("vector", places.astype(np.float32).reshape(-1))
         yield
     finally:

@@ -141,7 +141,7 @@ class NodeEvaluator:
         def looked_up(values: Floats) -> Any:
             place = 255.0 * np.clip(values, 0.0, 1.0)
             place = np.floor(place) if steady else place
-            return np.stack([np.interp(place, np.arange(256), column) for column in table.T], axis=-1)
+            return np.stack([np.interp(place, np.arange(256, dtype=np.int64), column) for column in table.T], axis=-1)
 
         texels = bent(looked_up, self.number(source.node.inputs[0], source.path))
         return replace(texels, values=texels.values[..., 0 if source.output.name == "Alpha" else slice(3)])

@@ -91,7 +91,11 @@ def _finer(texels: TexelValues) -> TexelValues:
     if texels.fine or texels.lookup is None or not texels.lookup.linear or times < 2:
         return texels
     height, width = (times * n for n in texels.values.shape[:2])
-    v, u = np.meshgrid(1.0 - (np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width, indexing="ij")
+    v, u = np.meshgrid(
+        1.0 - (np.arange(height, dtype=np.int64) + 0.5) / height,
+        (np.arange(width, dtype=np.int64) + 0.5) / width,
+        indexing="ij",
+    )
     places = np.stack([u, v], axis=-1).reshape(-1, 2)
     finer = sampled(ImageTexture(texels.values, True, texels.lookup.wrap), places)
     return replace(texels, values=finer.reshape(height, width, *texels.values.shape[2:]), fine=True)

@@ -16,7 +16,10 @@ def lines_on_node_materials(context: bpy.types.Context, obj: bpy.types.Object) -
         return []  # which spares an evaluation
     evaluated = obj.evaluated_get(context.evaluated_depsgraph_get())
     mesh, materials = mesh_of(evaluated), materials_of(evaluated)
-    used = [materials[slot] for slot in np.unique(slots_of(mesh, np.arange(len(mesh.polygons)), len(materials)))]
+    used = [
+        materials[slot]
+        for slot in np.unique(slots_of(mesh, np.arange(len(mesh.polygons), dtype=np.int64), len(materials)))
+    ]
     given = {str(material.original.name): material.original for material in used if material is not None}
     return [
         f"{obj.name}: its modifier {' or '.join(modifiers)} gives faces the material {name}, which is in no slot of "

@@ -66,11 +66,11 @@ def _mesh(corners: Doubles, width: float, blocks: int) -> bpy.types.Mesh:
     falling = (corners + 0.5 * width).prod(axis=1) > 0.0  # the fold goes from the second corner to the fourth
     steps = np.where(falling[:, np.newaxis, np.newaxis], steps, np.roll(steps, -1, axis=0))  # (Q, 4, 2)
     triangles = [0, 1, 3, 1, 2, 3]
-    numbers = np.arange(len(corners))
+    numbers = np.arange(len(corners), dtype=np.int64)
     uv = (np.stack([numbers % blocks, numbers // blocks], axis=1)[:, np.newaxis] + steps) / blocks
     places = on_octahedron(corners[:, np.newaxis] + width * steps)[:, triangles].reshape(-1, 3)
     mesh = bpy.data.meshes.new(_NAME)
-    mesh.from_pydata(places, [], np.arange(len(places)).reshape(-1, 3))
+    mesh.from_pydata(places, [], np.arange(len(places), dtype=np.int64).reshape(-1, 3))
     layer = mesh.uv_layers.new(name=_NAME)
     layer.uv.foreach_set("vector", uv[:, triangles].astype(np.float32).reshape(-1))
     return mesh

@@ -71,9 +71,13 @@ def _without_scraps(mesh: ChartMesh, label: Longs, locked: Flags) -> Longs:
         pair, slot = np.unique(here * len(area) + there, return_inverse=True)
         shared = np.bincount(slot.ravel(), mesh.lengths[border])
         order = np.lexsort((~scrap[pair % len(area)], shared))  # the longest is written last, and stays
-        heir = np.arange(len(area))
+        heir = np.arange(len(area), dtype=np.int64)
         heir[pair[order] // len(area)] = pair[order] % len(area)
-        heir = np.where(scrap & scrap[heir] & (heir > np.arange(len(area))), np.arange(len(area)), heir)
+        heir = np.where(
+            scrap & scrap[heir] & (heir > np.arange(len(area), dtype=np.int64)),
+            np.arange(len(area), dtype=np.int64),
+            heir,
+        )
         label = heir[piece]
     return label
 
@@ -112,7 +116,7 @@ class _Links:
     def _flowed(self, label: Longs, crumb: Flags, steps: int, control: api.Control | None) -> Longs:
         count = len(label)
         order = np.argsort(self.here, kind="stable")
-        starts = np.searchsorted(self.here[order], np.arange(count + 1)).astype(np.int64)
+        starts = np.searchsorted(self.here[order], np.arange(count + 1, dtype=np.int64)).astype(np.int64)
         there = self.there[order].astype(np.int32)
         halves = self.halves[order]
         flow = self.mesh.lengths[halves] * (1.0 - _ON_CREASE * self.mesh.crease(halves))
@@ -147,7 +151,7 @@ class _Links:
         own[who[mine]] = shared[mine]
         order = np.lexsort((-what, shared))
         order = order[~mine[order]]
-        best, gain = np.full(len(label), -1), np.zeros(len(label))
+        best, gain = np.full(len(label), -1, dtype=np.int64), np.zeros(len(label))
         best[who[order]], gain[who[order]] = what[order], shared[order]
         gain -= own
         wants = (best >= 0) & (gain > 1e-9 * (own + gain))

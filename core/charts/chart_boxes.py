@@ -42,7 +42,7 @@ class ChartBoxes:
 def diagonals(label: Longs, count: int, uv: Doubles) -> Doubles:
     """(C,) of the boxes about charts along u and v, quickly: no chart is longer in any direction."""
     order = np.argsort(label, kind="stable")
-    starts = np.searchsorted(label[order], np.arange(count))
+    starts = np.searchsorted(label[order], np.arange(count, dtype=np.int64))
     sides = [
         np.maximum.reduceat(uv[..., axis].max(axis=1)[order], starts)
         - np.minimum.reduceat(uv[..., axis].min(axis=1)[order], starts)

@@ -144,7 +144,13 @@ def _pair(twin: Longs, ends: Longs, polygon: Longs) -> None:
     twin[free[plain]], twin[free[plain + 1]] = free[plain + 1], free[plain]
     crowded = np.repeat(size > 2, size)
     if crowded.any():
-        _pair_ranked(twin, free[crowded], np.repeat(np.arange(len(size)), size)[crowded], forward[crowded], polygon)
+        _pair_ranked(
+            twin,
+            free[crowded],
+            np.repeat(np.arange(len(size), dtype=np.int64), size)[crowded],
+            forward[crowded],
+            polygon,
+        )
 
 
 def _pair_ranked(twin: Longs, halves: Longs, edge: Longs, forward: Flags, polygon: Longs) -> None:
@@ -156,7 +162,7 @@ def _pair_ranked(twin: Longs, halves: Longs, edge: Longs, forward: Flags, polygo
         order = np.lexsort((some, way, group))
         some, group, way = some[order], group[order], way[order]
         run = np.flatnonzero(np.append(True, (group[1:] != group[:-1]) | (way[1:] != way[:-1])))
-        rank = np.arange(len(some)) - np.repeat(run, np.diff(np.append(run, len(some))))
+        rank = np.arange(len(some), dtype=np.int64) - np.repeat(run, np.diff(np.append(run, len(some))))
         again = np.lexsort((way, rank, group))
         one, other = again[:-1], again[1:]
         match = (group[one] == group[other]) & (rank[one] == rank[other]) & (way[one] != way[other])
@@ -197,7 +203,7 @@ def following(half: Longs) -> Longs:
 
 def halves_of(triangles: Longs) -> Longs:
     """(3 n,) the half-edges of triangles; also their corners."""
-    return np.asarray(3 * triangles[:, None] + np.arange(3)).ravel()
+    return np.asarray(3 * triangles[:, None] + np.arange(3, dtype=np.int64)).ravel()
 
 
 def triangle_groups(mesh: ChartMesh, joined: Flags, label: Longs | None = None) -> tuple[Ints, int]:

@@ -35,7 +35,9 @@ class CoarseMesh:
         used, local = np.unique(result.triangles, return_inverse=True)
         count = len(result.survivors)
         coarse = connected(
-            result.smoothed(mesh.points, TOLERANCE)[used], local.reshape(-1, 3).astype(np.int64), np.arange(count)
+            result.smoothed(mesh.points, TOLERANCE)[used],
+            local.reshape(-1, 3).astype(np.int64),
+            np.arange(count, dtype=np.int64),
         )
         return CoarseMesh(coarse, result.patch, _carried(mesh, locked, result.patch, coarse))
 

@@ -35,12 +35,12 @@ def divided(
     with costs as in a ratio cut (Hagen and Kahng 1992).
     """
     order, starts = in_order(cuts, wanted)
-    number = np.full(len(mesh.triangles) + 1, -1)  # the last is that of -1
-    number[order] = np.arange(len(order))
+    number = np.full(len(mesh.triangles) + 1, -1, dtype=np.int64)  # the last is that of -1
+    number[order] = np.arange(len(order), dtype=np.int64)
     halves = halves_of(order)
     twin = mesh.twin[halves]
     beyond = np.where(cuts.joined(mesh)[halves], 3 * number[twin // 3] + twin % 3, -1)
-    ends = np.full((len(starts) - 1, 2), -1) if apart is None else number[apart[wanted]]
+    ends = np.full((len(starts) - 1, 2), -1, dtype=np.int64) if apart is None else number[apart[wanted]]
     corners, polygon, weight = mesh.corners[order], mesh.polygon[order], mesh.cost(halves)
     side = np.zeros(len(order), np.uint8)
     status = api.library().ob_bisect(
@@ -68,4 +68,4 @@ def in_order(cuts: Cuts, wanted: Flags) -> tuple[Longs, Longs]:
     chosen = np.flatnonzero(wanted[cuts.label])
     order = chosen[np.argsort(cuts.label[chosen], kind="stable")]
     size = np.bincount(cuts.label[order], minlength=cuts.count)[wanted]
-    return order, np.append(0, np.cumsum(size))
+    return order, np.append(np.int64(0), np.cumsum(size, dtype=np.int64))

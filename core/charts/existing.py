@@ -142,7 +142,7 @@ def _stacks(uv: Doubles, island: Longs, areas: Doubles, control: Control) -> tup
     if len(pairs) >= MOST:
         stack[:] = 0
     covers = np.bincount(stack[island], areas, count) > 0.0
-    number = np.where(covers, np.cumsum(covers) - 1, _NOWHERE)
+    number = np.where(covers, np.cumsum(covers, dtype=np.int64) - 1, _NOWHERE)
     return number[stack[island]], int(covers.sum())
 
 
@@ -150,7 +150,7 @@ def _packed(
     name: str, laid: Sequence[_Pieces], size: tuple[int, int], padding: int, control: Control
 ) -> tuple[list[Floats], int]:
     """(T, 3, 2) UVs for each map, and the padding kept."""
-    first = np.cumsum([0, *(each.count for each in laid)])  # piece of each map
+    first = np.cumsum([0, *(each.count for each in laid)], dtype=np.int64)  # piece of each map
     pieces = [np.where(each.piece >= 0, each.piece + start, _NOWHERE) for each, start in zip(laid, first, strict=False)]
     uv, piece = np.concatenate([each.uv for each in laid]), np.concatenate(pieces)
     shown = np.flatnonzero(piece >= 0)
@@ -161,7 +161,7 @@ def _packed(
     layout, kept = packed(facing, piece[shown], size, padding, align=False, control=control)
     placed = np.broadcast_to(layout[0, 0], uv.shape).copy()
     placed[shown] = np.take_along_axis(layout, turned, axis=1)
-    ends = np.cumsum([len(each.uv) for each in laid])[:-1]
+    ends = np.cumsum([len(each.uv) for each in laid], dtype=np.int64)[:-1]
     return np.split(placed.astype(np.float32), ends), kept
 
 

@@ -75,7 +75,7 @@ def lay_flat(mesh: ChartMesh, cuts: Cuts, control: Control | None = None, *, mos
     """Flatten the charts of a mesh, all its triangles being in one; those that are no planes and of more than `most`
     triangles are not. Raises Cancelled."""
     order = np.argsort(cuts.label, kind="stable")
-    starts = np.searchsorted(cuts.label[order], np.arange(cuts.count + 1))
+    starts = np.searchsorted(cuts.label[order], np.arange(cuts.count + 1, dtype=np.int64))
     vertex, count = corner_classes(mesh.twin, cuts.joined(mesh))
     points = np.empty((count, 3))
     points[vertex] = mesh.corners.reshape(-1, 3)

@@ -72,7 +72,7 @@ def joined(
     charts = JoinedCharts.of(mesh, label, locked)
     borders = SharedBorders.of(charts)
     tree = Tree(len(charts.chart))
-    name = np.arange(tree.leaves)  # of the tree, of each chart
+    name = np.arange(tree.leaves, dtype=np.int64)  # of the tree, of each chart
     refused: set[tuple[int, int]] = set()
     while len(chosen := _matching(borders, _shares(borders, charts.areas(mesh)), name, refused)):
         tried = charts.joined(borders, chosen)
@@ -82,7 +82,7 @@ def joined(
             continue
         charts = tried if good.all() else charts.joined(borders, chosen[good])
         pairs = borders.pair[chosen[good]]
-        made = tree.leaves + len(tree.children) + np.arange(len(pairs))
+        made = tree.leaves + len(tree.children) + np.arange(len(pairs), dtype=np.int64)
         tree.join([(int(a), int(b)) for a, b in name[pairs]])
         name[pairs[:, 0]] = made
         borders = SharedBorders.of(charts)
@@ -99,7 +99,7 @@ def absorbed(
     """(T,) charts, from 0: those that lie within one other chart go to it, where `fits` what comes of it."""
     borders = SharedBorders.of(JoinedCharts.of(mesh, label, locked))
     area = np.bincount(label, mesh.area)
-    own = np.arange(len(area))
+    own = np.arange(len(area), dtype=np.int64)
     owner = own.copy()
     for inner, outer in (borders.pair.T, borders.pair.T[::-1]):
         within = borders.length >= (1.0 - 1e-9) * borders.perimeter[inner]
@@ -173,7 +173,7 @@ def replayed(mesh: ChartMesh, label: Longs, locked: Flags, tree: Tree) -> tuple[
         begin = end
         if not found:
             continue
-        chosen = np.array([i for i, _ in found])
+        chosen = np.array([i for i, _ in found], dtype=np.int64)
         charts = charts.joined(borders, chosen)
         name[borders.pair[chosen, 0]] = [made for _, made in found]
     cuts = charts.cuts

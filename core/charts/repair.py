@@ -46,7 +46,7 @@ def good_charts(
     fit stays as it is if it can be laid flat without overlap, else it falls into triangles.
     """
     if joins is None:
-        joins = Joins(Tree(0), np.full(cuts.count, -1), np.zeros(len(mesh.triangles), np.int64))
+        joins = Joins(Tree(0), np.full(cuts.count, -1, dtype=np.int64), np.zeros(len(mesh.triangles), np.int64))
     name = joins.name
     uv = np.zeros((len(mesh.triangles), 3, 2))
     pending = np.ones(cuts.count, np.bool_)
@@ -57,7 +57,7 @@ def good_charts(
         uv[chosen] = flat.uv
         bad = ~fits(flat)
         second, parts = _unjoined(inner, bad, Joins(joins.tree, name[charts], joins.leaf[chosen]))
-        side, names = np.zeros(len(mesh.triangles), np.int64), np.full((cuts.count, 2), -1)
+        side, names = np.zeros(len(mesh.triangles), np.int64), np.full((cuts.count, 2), -1, dtype=np.int64)
         names[charts] = parts
         side[chosen] = second + _cut(part, inner, bad & (parts[:, 0] < 0), flat, control)
         cuts, name, pending = _renumbered(mesh, cuts, side, names)
@@ -74,7 +74,7 @@ def _taken(mesh: ChartMesh, cuts: Cuts, chosen: Longs) -> tuple[ChartMesh, Cuts,
 def _unjoined(cuts: Cuts, wanted: Flags, joins: Joins) -> tuple[Longs, Longs]:
     """How the wanted charts come apart as they came together: (T,) which of its two parts each triangle is of, 0 or 1;
     (C, 2) the names of the two, -1 where a chart was not joined, or all of it is of one part."""
-    side, names = np.zeros(len(cuts.label), np.int64), np.full((cuts.count, 2), -1)
+    side, names = np.zeros(len(cuts.label), np.int64), np.full((cuts.count, 2), -1, dtype=np.int64)
     wanted = wanted & (joins.name >= joins.tree.leaves)
     order, starts = in_order(cuts, wanted)
     for chart, start, end in zip(np.flatnonzero(wanted), starts[:-1], starts[1:], strict=True):
@@ -96,7 +96,7 @@ def _cut(mesh: ChartMesh, cuts: Cuts, wanted: Flags, flat: FlatCharts, control: 
     whole = (second == 0) | (second == size)
     # A polygon that is no surface, or lies on itself; triangles alone do not.
     loose = np.flatnonzero((wanted & whole & (~flat.laid | (flat.overlap[:, 0] >= 0)))[cuts.label])
-    side[loose] = np.arange(len(loose))
+    side[loose] = np.arange(len(loose), dtype=np.int64)
     return side
 
 

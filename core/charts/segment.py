@@ -97,7 +97,7 @@ def _pieces(coarse: CoarseMesh, fits: Callable[[FlatCharts], Flags], control: Co
 
 def _faces(mesh: ChartMesh, inner: Flags) -> Longs:
     """(T,) what sharp edges part, of all half-edges `inner`; not small from small: a rough surface would be dust."""
-    smooth = inner & (mesh.crease(np.arange(len(mesh.twin))) < _EDGE)
+    smooth = inner & (mesh.crease(np.arange(len(mesh.twin), dtype=np.int64)) < _EDGE)
     face, count = triangle_groups(mesh, smooth)
     small = (np.bincount(face, mesh.area, count) < SMALL)[face]
     smooth |= inner & np.repeat(small, 3) & small[mesh.across]
@@ -111,8 +111,8 @@ def _leaves(mesh: ChartMesh, pieces: Longs, carried: Longs, tree: Tree) -> Longs
     order = np.argsort(np.bincount(slot.ravel(), mesh.area), kind="stable")  # the largest is written last, and stays
     main = np.zeros(int(pieces.max()) + 1, np.int64)
     main[piece[order]] = leaf[order]
-    largest = np.full(tree.leaves, -1)
+    largest = np.full(tree.leaves, -1, dtype=np.int64)
     order = np.argsort(np.bincount(pieces, mesh.area), kind="stable")
     largest[main[order]] = order
-    own = np.arange(len(main))
+    own = np.arange(len(main), dtype=np.int64)
     return np.where(largest[main] == own, main, tree.leaves + len(tree.children) + own)[pieces]

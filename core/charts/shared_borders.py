@@ -41,7 +41,7 @@ class JoinedCharts:
         members = np.flatnonzero(on_rim[mesh.triangles].any(axis=1))
         near, halves = mesh.part(members), halves_of(members)
         goes_on = (near.twin < 0) & inside[halves]
-        own = np.arange(int(leaf.max(initial=-1)) + 1)
+        own = np.arange(int(leaf.max(initial=-1)) + 1, dtype=np.int64)
         return JoinedCharts(leaf, own, near, members, goes_on, locked[halves], np.zeros(len(halves), np.bool_))
 
     @property
@@ -64,7 +64,7 @@ class JoinedCharts:
         """The charts of these pairs joined along their stretches; what else they share stays cut. No chart is in two
         pairs."""
         low, high = borders.pair[chosen].T
-        to = np.arange(len(self.chart))
+        to = np.arange(len(self.chart), dtype=np.int64)
         to[high] = low
         before = self.near_cuts.label
         after = to[before]
@@ -128,15 +128,15 @@ def _stretches(mesh: ChartMesh, inside: Flags, half: Longs) -> Longs:
     begin = corner[half] * count + corner[following(back)]
     end = corner[following(half)] * count + corner[back]
     node = np.unique(np.concatenate([begin, end]), return_inverse=True)[1].ravel()
-    at = np.arange(len(half))
+    at = np.arange(len(half), dtype=np.int64)
     stretch = components(len(half) + len(node), np.concatenate([at, at]), len(half) + node)[0]
     return stretch[: len(half)].astype(np.int64)
 
 
 def _longest(length: Doubles, owner: Longs, count: int) -> Longs:
     """(count,) the longest stretch of each owner, the first of equal ones; -1 where all are of no length."""
-    order = np.lexsort((-np.arange(len(length)), length))
+    order = np.lexsort((-np.arange(len(length), dtype=np.int64), length))
     order = order[length[order] > 0.0]
-    longest = np.full(count, -1)
+    longest = np.full(count, -1, dtype=np.int64)
     longest[owner[order]] = order  # the last that is written stays
     return longest

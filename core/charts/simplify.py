@@ -100,5 +100,5 @@ def simplified(
             pointer_to(control),
         )
     )
-    survivors: Longs = np.flatnonzero(root == np.arange(count))
+    survivors: Longs = np.flatnonzero(root == np.arange(count, dtype=np.int64))
     return Simplified(root, left[survivors], survivors, lines[survivors] != 0)

@@ -19,7 +19,7 @@ def thickened(layout: Layout) -> Layout:
     some = np.flatnonzero(may[label])
     if not len(some):
         return layout
-    number = np.cumsum(may) - 1
+    number = np.cumsum(may, dtype=np.int64) - 1
     box = ChartBoxes.of(number[label[some]], int(may.sum()), uv[some])
     thin = (box.breadth < _LEAST) & (box.breadth > 0.0)
     chosen = some[thin[number[label[some]]]]

@@ -161,7 +161,7 @@ def _numbers(uv: Doubles, whole: Flags) -> tuple[int, ...]:
     found: set[int] = set(np.unique(_number(uv[whole])).tolist())
     over = uv[~whole]
     if len(over):
-        most = np.array([ACROSS - 1, DOWN - 1])
+        most = np.array([ACROSS - 1, DOWN - 1], dtype=np.int64)
         low = np.clip(np.floor(over.min(axis=(0, 1))), 0, most).astype(np.int64)
         high = np.clip(np.floor(over.max(axis=(0, 1))), 0, most).astype(np.int64)
         for column, row in product(range(low[0], high[0] + 1), range(low[1], high[1] + 1)):
@@ -186,7 +186,7 @@ def _numbered(uv: Doubles) -> Flags:
 
 def _reaches(uv: Doubles, tile: int) -> Flags:
     """(T,) bool: triangles that have their middle in a tile, or reach into it by more than what is rounded."""
-    corner, (low, high) = np.array(corner_of(tile)), _span(uv)
+    corner, (low, high) = np.array(corner_of(tile), dtype=np.int64), _span(uv)
     within = (np.floor(_middle(uv)) == corner).all(axis=1)
     near = ((low < corner + 1.0 - _SLACK) & (high > corner + _SLACK)).all(axis=1) & ~within
     near[near] = ~_beside_tile(uv[near] - corner)

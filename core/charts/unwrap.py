@@ -101,7 +101,7 @@ def _normalised(name: str, vertices: Floats, triangles: Ints, polygons: Ints | N
     """The mesh at a fixed size about its middle, loose vertices aside, so that its place and scale do not matter."""
     used = np.zeros(len(vertices), np.bool_)
     used[triangles] = True
-    number = np.cumsum(used) - 1
+    number = np.cumsum(used, dtype=np.int64) - 1
     points, faces = vertices[used].astype(np.float64), number[triangles]
     if not np.isfinite(points).all():
         raise InputError(
@@ -111,7 +111,7 @@ def _normalised(name: str, vertices: Floats, triangles: Ints, polygons: Ints | N
     if not total > 0.0:
         raise InputError(f"{name}: no face has an area, so there is nothing to unwrap; scale or edit the mesh")
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    polygon = np.arange(len(faces)) if polygons is None else _numbered(polygons)
+    polygon = np.arange(len(faces), dtype=np.int64) if polygons is None else _numbered(polygons)
     return (points - middle) * (SIDE / np.sqrt(total)), faces, polygon
 
 

@@ -45,7 +45,7 @@ def _some_blocks(owner: Ints) -> Ints:
     y, x = np.nonzero(corners >= 0)
     chosen = np.linspace(0, len(y) - 1, min(len(y), _BLOCKS)).astype(np.int64)
     rows, columns = (BLOCK * each[chosen, np.newaxis, np.newaxis] for each in (y, x))
-    along = np.arange(BLOCK)
+    along = np.arange(BLOCK, dtype=np.int64)
     blocks = owner[rows + along[:, np.newaxis], columns + along].reshape(-1, BLOCK**2)
     whole: Ints = blocks[(blocks >= 0).all(axis=1)]
     return whole

@@ -108,7 +108,7 @@ def _split(corners: Doubles, whole: Longs, part: Part) -> tuple[Doubles, Longs]:
         ready = ~(long > 0.0).any(axis=1)
         done.append((corners[ready], whole[ready]))
         corners, whole, edge = corners[~ready], whole[~ready], long[~ready].argmax(axis=1)  # the longest: no slivers
-        order = (edge[:, np.newaxis] + np.arange(3)) % 3
+        order = (edge[:, np.newaxis] + np.arange(3, dtype=np.int64)) % 3
         a, b, c = np.moveaxis(np.take_along_axis(corners, order[:, :, np.newaxis], axis=1), 1, 0)
         middle = 0.5 * (a + b)
         halves = [np.stack([a, middle, c], axis=1), np.stack([middle, b, c], axis=1)]

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
 from ..rays.accumulators import Accumulator
@@ -53,7 +52,7 @@ class AdaptiveSampler:
         self._owner, self.covered, self._goal, self._source = owner, covered, goal, source
         self._texels = block_sums(covered)
         self._first = first_rays(goal)
-        self._rays = np.full(self._texels.shape, self._first)  # of each texel, by block
+        self._rays = np.full(self._texels.shape, self._first, dtype=np.int64)  # of each texel, by block
         self._traced = np.ones(self._texels.shape, dtype=np.bool_)  # blocks that have rays of their own
         self._coarse: Estimates | None = None  # what tells the others
         self._part: _Part | None = None
@@ -68,7 +67,7 @@ class AdaptiveSampler:
         return own + (self._coarse.rays if self._coarse is not None else 0)
 
     @property
-    def _own_rays(self) -> NDArray[np.int_]:
+    def _own_rays(self) -> Longs:
         """Of each texel, by block: 0 where a coarser image tells it."""
         return np.where(self._traced, self._rays, 0)
 
@@ -102,7 +101,7 @@ class AdaptiveSampler:
         shares = self._source.spec.accumulator is not Accumulator.BENT  # whose other rows are directions
         return [self._filtered(row, shares=shares)[0] for row in range(1, len(self._estimates))]
 
-    def _trace(self, goal: NDArray[np.int_]) -> None:
+    def _trace(self, goal: Longs) -> None:
         """Bring each block's texels to so many rays of their own, where those are more than they have."""
         had = self._own_rays
         more = goal > had
@@ -137,7 +136,7 @@ class AdaptiveSampler:
         """How many times the rays so far a further round would add."""
         return self._added(self._wanted(probed, error)) / max(self.rays, 1)
 
-    def _wanted(self, probed: Probes, error: Error) -> NDArray[np.int_]:
+    def _wanted(self, probed: Probes, error: Error) -> Longs:
         """The rays of its own that each texel of each block should have after a further round."""
         assert self._goal.error is not None
         aim = math.prod([_AIM] * max(self._round - 1, 1)) * self._goal.error
@@ -148,7 +147,7 @@ class AdaptiveSampler:
         )
         return rays_after(Blocks(self._squares(probed), self._texels, self._rays, self._traced), budget)
 
-    def _added(self, goal: NDArray[np.int_]) -> float:
+    def _added(self, goal: Longs) -> float:
         """All rays that it takes to get there."""
         return float(((goal - self._own_rays) * self._texels).sum())
 

@@ -131,7 +131,9 @@ def place(expected: Floats, covered: Flags, seed: int) -> tuple[Longs, Doubles]:
     even, steered = (0.5, 0.5 / mean) if mean > 0.0 else (1.0, 0.0)
     ladder = np.concatenate([[0.0], np.cumsum(even * texels + steered * squares)])
     jitter = np.random.default_rng(seed & 0xFFFFFFFFFFFFFFFF).random(count)  # one for all would alias with the rows
-    steps = np.minimum((np.arange(count) + jitter) * (ladder[-1] / count), np.nextafter(ladder[-1], 0.0))
+    steps = np.minimum(
+        (np.arange(count, dtype=np.int64) + jitter) * (ladder[-1] / count), np.nextafter(ladder[-1], 0.0)
+    )
     block = np.searchsorted(ladder, steps, side="right") - 1
     # Within its block a step goes on by the block's texels; rounding may carry it past the last of them.
     among, there = texels_in(block, covered)

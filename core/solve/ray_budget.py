@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..base.arrays import Doubles, Flags
+from ..base.arrays import Doubles, Flags, Longs
 from ..base.elementary import power
 
 MOST_RAYS = 1 << 16  # of a texel
-_TIMES = np.array([1, 2, 4, 8, 16])  # as many rays as before a block may have after a round: nets have powers of two
+# As many rays as before a block may have after a round: nets have powers of two.
+_TIMES = np.array([1, 2, 4, 8, 16], dtype=np.int64)
 _STEPS = 40  # of the bisection
 
 
@@ -24,7 +24,7 @@ class Blocks:
 
     squares: Doubles
     texels: Doubles
-    rays: NDArray[np.int_]
+    rays: Longs
     traced: Flags
 
 
@@ -43,7 +43,7 @@ class Budget:
         return power(_TIMES, -self.rate)
 
 
-def rays_after(blocks: Blocks, budget: Budget) -> NDArray[np.int_]:
+def rays_after(blocks: Blocks, budget: Budget) -> Longs:
     """Of each texel of each block the rays that it should have, its own; what it has where more do not pay.
 
     For a price of a ray each block takes the growth that costs least, rays and error together; the price is found by
@@ -95,7 +95,7 @@ class _Ladder:
         squares, rays = (np.diff(each[ends]) for each in (self._squares_to, self._rays_to))
         return float((squares * self._left).sum()), float((rays * self._cost).sum())
 
-    def take(self, price: float, goal: NDArray[np.int_]) -> None:
+    def take(self, price: float, goal: Longs) -> None:
         """Write into it what the blocks that grow at a price should have."""
         times = _TIMES[np.searchsorted(self._steps, self._worth / price)]
         goal[self._where] = np.where(times > 1, np.minimum(times * self._rays, MOST_RAYS), goal[self._where])

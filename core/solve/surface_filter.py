@@ -133,5 +133,7 @@ def _slabs(surface: TexelSurface, most: int) -> list[api.Slab | None]:
     if not len(places):
         return [None]
     axis = int(np.argmax(np.ptp(places, axis=0)))
-    cuts = np.unique(np.quantile(places[:, axis], np.arange(1, parts) / parts).astype(np.float32)).tolist()
+    cuts = np.unique(
+        np.quantile(places[:, axis], np.arange(1, parts, dtype=np.int64) / parts).astype(np.float32)
+    ).tolist()
     return [api.Slab(low, high, axis) for low, high in pairwise([-math.inf, *cuts, math.inf])]

@@ -22,8 +22,8 @@ class SphereTable:
     """function: unit directions (N, 3) → values (N, C). rows: of the table, even; it has twice as many columns."""
 
     def __init__(self, function: Callable[[Doubles], Doubles], rows: int) -> None:
-        polar = (np.arange(rows) + 0.5) * (np.pi / rows)
-        turn = np.arange(2 * rows) * (np.pi / rows)
+        polar = (np.arange(rows, dtype=np.int64) + 0.5) * (np.pi / rows)
+        turn = np.arange(2 * rows, dtype=np.int64) * (np.pi / rows)
         sine = sin(polar)[:, np.newaxis]
         height = np.broadcast_to(cos(polar)[:, np.newaxis], (rows, 2 * rows))
         ways = np.stack([sine * cos(turn), sine * sin(turn), height], axis=-1).reshape(-1, 3)

@@ -72,7 +72,7 @@ def cell_of(ways: Reals, side: int) -> Longs:
 def subcells(side: int, parts: int) -> Doubles:
     """(side², parts², 3) float64: the middles of parts × parts pieces of equal solid angle of every cell, in the order
     of `cell_of`."""
-    steps = (np.arange(side * parts) + 0.5) / (side * parts)
+    steps = (np.arange(side * parts, dtype=np.int64) + 0.5) / (side * parts)
     v, u = np.meshgrid(steps, steps, indexing="ij")
     return _by_cell(directions(u, v), side, parts)
 
@@ -106,7 +106,7 @@ def gauss(count: int) -> tuple[Doubles, Doubles]:
     By Newton's method from cosines near the roots of the Legendre polynomial; numpy's go by LAPACK, which has bits of
     its own on each system.
     """
-    roots = -cos(np.pi * (np.arange(count) + 0.75) / (count + 0.5))
+    roots = -cos(np.pi * (np.arange(count, dtype=np.int64) + 0.75) / (count + 0.5))
     for _ in range(_NEWTON):
         value, slope = _legendre(roots, count)
         roots = roots - value / slope
@@ -142,7 +142,7 @@ def _halves(side: int) -> tuple[Doubles, Doubles, Doubles]:
     out, across = np.repeat(nodes, _NODES), np.tile(nodes, _NODES)
     weight = np.repeat(shares * nodes, _NODES) * np.tile(shares, _NODES)
     along, aside = np.concatenate([out, out * across]), np.concatenate([out * across, out])
-    row, column = (each.reshape(-1, 1) for each in np.indices((side, side)))
+    row, column = (each.reshape(-1, 1) for each in np.indices((side, side), dtype=np.int64))
     v, u = (_from_middle(index, offset, side) for index, offset in ((row, aside), (column, along)))
     return u, v, np.concatenate([weight, weight])
 

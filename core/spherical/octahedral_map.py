@@ -58,7 +58,7 @@ def cell_of(points: Reals, n: int) -> Longs:
 
 def middles(n: int, rows: slice = slice(None)) -> Doubles:
     """(rows, n, 2) float64: the middles of the cells, of all rows or of some."""
-    along = (2.0 * np.arange(n) + 1.0) / n - 1.0
+    along = (2.0 * np.arange(n, dtype=np.int64) + 1.0) / n - 1.0
     return np.stack(np.broadcast_arrays(along[np.newaxis, :], along[rows, np.newaxis]), axis=-1)
 
 
@@ -107,7 +107,7 @@ def _triangles(n: int) -> Doubles:
     along = np.linspace(-1.0, 1.0, n + 1)
     grid = directions(np.stack(np.meshgrid(along, along), axis=-1))
     around = np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]])
-    below = np.arange(n) < n // 2
+    below = np.arange(n, dtype=np.int64) < n // 2
     falling = (below[:, np.newaxis] == below)[..., np.newaxis]  # the fold goes from the second corner to the fourth
     a, b, c, d = np.where(falling, around, np.roll(around, -1, axis=0))
     return np.stack([np.stack([a, b, d], axis=-2), np.stack([b, c, d], axis=-2)])

@@ -101,7 +101,7 @@ def _alike(axes: Doubles) -> Iterator[Longs]:
     """All indices, those of like axes together."""
     bins = cell_of(octahedral(axes), _BINS)
     order = np.argsort(bins, kind="stable")
-    ends = np.searchsorted(bins[order], np.arange(_BINS * _BINS + 1))
+    ends = np.searchsorted(bins[order], np.arange(_BINS * _BINS + 1, dtype=np.int64))
     return (order[start:end] for start, end in pairwise(ends) if start < end)
 
 

@@ -41,7 +41,7 @@ def _cumulative(weights: Doubles) -> Doubles:
     """Shares added up along the last axis, in whole steps, one at least for each weight above 0. Where no weight is,
     which is never drawn, they are equal."""
     weights = np.where(weights.any(axis=-1, keepdims=True), weights, 1.0)
-    ends, lit = np.cumsum(weights, axis=-1), np.cumsum(weights > 0.0, axis=-1)
+    ends, lit = np.cumsum(weights, axis=-1), np.cumsum(weights > 0.0, axis=-1, dtype=np.int64)
     steps = np.rint(ends / ends[..., -1:] * (_STEPS - lit[..., -1:])) + lit
     shares: Doubles = steps / _STEPS
     return shares

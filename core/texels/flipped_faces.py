@@ -58,13 +58,13 @@ def sights_of(
         starts = middles[rows] + side * lift[rows, None] * normals[rows]
         return _look(scene, surface, own, starts, side * normals[rows], control)
 
-    sights = np.full(len(faces), Sight.OPEN)
+    sights = np.full(len(faces), Sight.OPEN, dtype=np.int64)
     before = look(judged, 1.0)
     sights[judged[~before.out]] = Sight.COVERED
     shut = judged[~before.out & ~before.others]
     behind = look(shut, -1.0)
-    seen = np.array([[Sight.ENCLOSED, Sight.LINING], [Sight.FLIPPED, Sight.BURIED]])
-    sights[shut] = seen[before.backs[~before.out & ~before.others].astype(int), behind.backs.astype(int)]
+    seen = np.array([[Sight.ENCLOSED, Sight.LINING], [Sight.FLIPPED, Sight.BURIED]], dtype=np.int64)
+    sights[shut] = seen[before.backs[~before.out & ~before.others].astype(np.int64), behind.backs.astype(np.int64)]
     if mesh.normals is not None:
         sights[(mesh.normals[faces].sum(axis=1) * normals).sum(axis=1) < 0.0] = Sight.MISSHADED
     counts = np.bincount(sights, minlength=len(Sight))
@@ -85,7 +85,11 @@ def _look(
 ) -> _Seen:
     """From (N, 3) places about (N, 3) axes; no farther where a ray has got out."""
     out, others = np.zeros(len(starts), dtype=np.bool_), np.zeros(len(starts), dtype=np.bool_)
-    backs, left, places = np.zeros(len(starts), dtype=np.int64), np.arange(len(starts)), starts.astype(np.float32)
+    backs, left, places = (
+        np.zeros(len(starts), dtype=np.int64),
+        np.arange(len(starts), dtype=np.int64),
+        starts.astype(np.float32),
+    )
     for ways in _around(axes):
         if not len(left):
             break

@@ -56,6 +56,6 @@ def spread(texels: Longs) -> Longs:
     that no column of the image is preferred."""
     if len(texels) <= SAMPLED:
         return texels
-    run = np.arange(SAMPLED)
+    run = np.arange(SAMPLED, dtype=np.int64)
     within = (run * 0.6180339887498949) % 1.0
     return texels[((run + within) * (len(texels) / SAMPLED)).astype(np.int64)]

@@ -78,7 +78,7 @@ def _coarser(values: Floats, times: int) -> Floats:
         return values
     for axis in (0, 1):
         size = values.shape[axis]
-        starts = np.arange(max(size // times, 1)) * size // max(size // times, 1)
+        starts = np.arange(max(size // times, 1), dtype=np.int64) * size // max(size // times, 1)
         counts = np.diff(starts, append=size).astype(np.float32)
         values = (np.add.reduceat(values, starts, axis=axis) / np.expand_dims(counts, (1 - axis, 2))).astype(np.float32)
     return values

@@ -101,7 +101,7 @@ class FineCells:
         finite where none is. A texel that the triangle's edge cuts counts half."""
         side, half = self._side, self._side // 2
         across, down = self.size[0] // side, self.size[1] // side
-        i, j = np.meshgrid(np.arange(side), np.arange(side))
+        i, j = np.meshgrid(np.arange(side, dtype=np.int64), np.arange(side, dtype=np.int64))
         weight = np.where(i + j < side - 1, 1.0, np.where(i + j == side - 1, 0.5, 0.0))
         corners = [((i < half) & (j < half)) * weight, (i >= half) * weight, (j >= half) * weight]
 

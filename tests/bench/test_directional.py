@@ -92,7 +92,7 @@ def test_every_view_is_in_the_band_that_its_cosine_is_in() -> None:
 
 
 def test_tables_hold_both_exponents_of_each_cell() -> None:
-    squares = np.outer(np.arange(len(EXPONENTS)) ** 2, np.ones(len(views())))
+    squares = np.outer(np.arange(len(EXPONENTS), dtype=np.int64) ** 2, np.ones(len(views())))
     lines = by_view(dict.fromkeys(BY_VIEW, squares))
     assert lines[0] == "| kept of a texel | n·v 0.15 to 0.35 | n·v 0.35 to 0.55 | n·v 0.55 to 0.75 | n·v 0.75 to 1 |"
     assert lines[-1] == "| mask_16 |" + " 1.0000, 2.0000 |" * 4

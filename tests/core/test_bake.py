@@ -96,7 +96,7 @@ def test_a_box_with_a_side_open_leaks_there(side: str) -> None:
 @pytest.mark.parametrize("offset", OFFSETS)
 def test_a_level_floor_of_many_triangles_is_open(offset: float, scale: float, turned: bool) -> None:
     """Rounding tilts the triangles of a turned floor against each other; no ray may notice."""
-    steps = np.arange(20) / 20
+    steps = np.arange(20, dtype=np.int64) / 20
     tiles = [
         shapes.quad((3 * x, 3 * y, 0), (0.15, 0, 0), (0, 0.15, 0), (x, y, x + 0.05, y + 0.05))
         for x in steps

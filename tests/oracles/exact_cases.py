@@ -220,11 +220,11 @@ def rings(axis: ArrayLike, centre: ArrayLike, heights: ArrayLike, radii: ArrayLi
     """
     z, r = np.broadcast_arrays(np.asarray(heights, dtype=np.float64), np.asarray(radii, dtype=np.float64))
     x_axis, y_axis, z_axis = _basis(axis)
-    turn = 2 * pi * np.arange(SEGMENTS) / SEGMENTS
+    turn = 2 * pi * np.arange(SEGMENTS, dtype=np.int64) / SEGMENTS
     grown = sqrt((2 * pi / SEGMENTS) / sin(2 * pi / SEGMENTS)) * r[:, None, None]
     circle = np.cos(turn)[:, None] * x_axis + np.sin(turn)[:, None] * y_axis
     vertices = np.asarray(centre) + grown * circle + z[:, None, None] * z_axis
-    at = np.arange(len(z) * SEGMENTS).reshape(len(z), SEGMENTS)
+    at = np.arange(len(z) * SEGMENTS, dtype=np.int64).reshape(len(z), SEGMENTS)
     a, b = at[:-1], at[1:]
     c, d = np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)
     triangles = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)])

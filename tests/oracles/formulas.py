@@ -126,7 +126,7 @@ def cap_off_axis(exponent: float, half_angle: float, away: float, tilt: float = 
     """
     inner, outer = abs(away - half_angle), away + half_angle
     whole = 1.0 - power(cos(inner), exponent + 1.0) if half_angle > away else 0.0
-    turn = pi * (np.arange(2000) + 0.5) / 2000
+    turn = pi * (np.arange(2000, dtype=np.int64) + 0.5) / 2000
     theta = 0.5 * (inner + outer) - 0.5 * (outer - inner) * np.cos(turn)
     step = pi / 2000 * 0.5 * (outer - inner) * np.sin(turn)
     reach = (np.cos(half_angle) - np.cos(theta) * np.cos(away)) / (np.sin(theta) * np.sin(away))

@@ -197,7 +197,7 @@ def _axes(estimator: MapSpec, positions: Doubles, normals: Doubles, camera: Came
 def _around(axes: Doubles, exponent: float, rng: np.random.Generator) -> Doubles:
     """(N, K, 3) unit directions of density (e+1)/(2π) cosᵉ about (N, K, 3) axes; each replica's rays jittered."""
     count = len(axes)
-    row, column = np.divmod(np.arange(STRATA**2), STRATA)
+    row, column = np.divmod(np.arange(STRATA**2, dtype=np.int64), STRATA)
     square = (np.stack([row, column], axis=1) + rng.random((count, REPLICAS, STRATA**2, 2))) / STRATA
     u, v = square.reshape(count, -1, 2).transpose(2, 0, 1)
     cosine = (1.0 - u) ** (1.0 / (exponent + 1.0))

@@ -48,7 +48,7 @@ class Seen:
 def ray_ways() -> Doubles:
     """(R², 3): the directions in which every point is looked from, one by chance in each cell of the finest grid."""
     rng = np.random.default_rng(0)
-    row, column = np.indices((RAYS_A_SIDE, RAYS_A_SIDE))
+    row, column = np.indices((RAYS_A_SIDE, RAYS_A_SIDE), dtype=np.int64)
     places = [(each + rng.random(each.shape)) / RAYS_A_SIDE for each in (column, row)]
     return directions(*places).reshape(-1, 3)
 

@@ -71,10 +71,15 @@ def tall_wall(x: float = -0.01) -> Mesh:
 
 def grid(half: float, steps: int, turn: float = 0.0, name: str = "grid") -> Mesh:
     """A floor of steps × steps quads, turned about z by an angle in radians."""
-    place = np.stack(np.meshgrid(np.arange(steps + 1), np.arange(steps + 1)), axis=-1).reshape(-1, 2) / steps
+    place = (
+        np.stack(
+            np.meshgrid(np.arange(steps + 1, dtype=np.int64), np.arange(steps + 1, dtype=np.int64)), axis=-1
+        ).reshape(-1, 2)
+        / steps
+    )
     cos, sin = np.cos(turn), np.sin(turn)
     flat = half * (2.0 * place - 1.0) @ np.array([(cos, sin), (-sin, cos)])
-    first = (np.arange(steps)[:, None] * (steps + 1) + np.arange(steps)).reshape(-1)
+    first = (np.arange(steps, dtype=np.int64)[:, None] * (steps + 1) + np.arange(steps, dtype=np.int64)).reshape(-1)
     faces = np.stack([first, first + 1, first + steps + 2, first + steps + 1], axis=1)
     return quads(np.column_stack([flat, np.zeros(len(flat))]), place[faces], name, faces.astype(np.int32))
 
@@ -138,7 +143,7 @@ def sphere(
 
 
 def _band_triangles(rings: int, segments: int) -> Ints:
-    at = np.arange((rings + 1) * (segments + 1)).reshape(rings + 1, -1)
+    at = np.arange((rings + 1) * (segments + 1), dtype=np.int64).reshape(rings + 1, -1)
     a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
     halves = np.stack([a, b, c], 1)[:-segments], np.stack([a, c, d], 1)[segments:]
     triangles: Ints = np.concatenate(halves).astype(np.int32)
@@ -147,14 +152,14 @@ def _band_triangles(rings: int, segments: int) -> Ints:
 
 def cylinder(radius: float = 1.0, height: float = 2.0, segments: int = 64, smooth: bool = True) -> Mesh:
     """The side alone, open at both ends, seen from outside; once around along u."""
-    turn = 2 * np.pi * (np.arange(segments + 1) % segments) / segments
+    turn = 2 * np.pi * (np.arange(segments + 1, dtype=np.int64) % segments) / segments
     round_ = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(segments + 1)])
-    i = np.arange(segments)
+    i = np.arange(segments, dtype=np.int64)
     corners = np.concatenate([radius * round_, radius * round_ + (0, 0, height)])
     faces = np.stack([i, i + 1, i + segments + 2, i + segments + 1], axis=1).astype(np.int32)
     uv = (UNIT_SQUARE + i[:, None, None] * np.array([1.0, 0.0])) / np.array([segments, 1])
     made = quads(corners, uv, "cylinder", faces)
-    normals = round_[np.arange(len(corners)) % (segments + 1)][made.triangles].astype(np.float32)
+    normals = round_[np.arange(len(corners), dtype=np.int64) % (segments + 1)][made.triangles].astype(np.float32)
     return replace(made, normals=normals) if smooth else made
 
 
@@ -167,7 +172,14 @@ def bowl(opening: float, segments: int = 96, smooth: bool = True) -> Mesh:
     unit = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
     unit[-1] = (0, 0, -1)
     triangles = np.concatenate([_band_triangles(rings, segments)])
-    extra = np.stack([np.arange(segments), np.arange(segments) + segments + 2, np.arange(segments) + 1], 1)
+    extra = np.stack(
+        [
+            np.arange(segments, dtype=np.int64),
+            np.arange(segments, dtype=np.int64) + segments + 2,
+            np.arange(segments, dtype=np.int64) + 1,
+        ],
+        1,
+    )
     triangles = np.concatenate([extra.astype(np.int32), triangles])
     uv = np.stack([column / segments, 1 - row / rings], axis=-1).reshape(-1, 2)
     flat = unit.reshape(-1, 3)

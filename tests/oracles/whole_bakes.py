@@ -57,9 +57,9 @@ def globe(opening: float = 0.0, segments: int = 64, rings: int = 32) -> Mesh:
     grown = np.where(row == 0, sqrt((2 * pi / segments) / sin(2 * pi / segments)), 1.0)
     across = np.where((row == rings) | ((row == 0) & (opening == 0.0)), 0.0, np.sin(polar)) * grown
     vertices = np.stack([across * np.cos(turn), across * np.sin(turn), np.cos(polar)], axis=-1).reshape(-1, 3)
-    at = np.arange(len(vertices)).reshape(rings + 1, segments + 1)
+    at = np.arange(len(vertices), dtype=np.int64).reshape(rings + 1, segments + 1)
     a, b, c, d = at[:-1, :-1].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel(), at[:-1, 1:].ravel()
-    quarter = np.tile(np.repeat(np.arange(4), segments // 4), rings)
+    quarter = np.tile(np.repeat(np.arange(4, dtype=np.int64), segments // 4), rings)
     shuffled = np.random.default_rng(7).permutation(2 * len(a))
     triangles = np.concatenate([np.stack(corners, axis=1) for corners in ((a, c, b), (a, d, c))])[shuffled]
     chart = np.tile(quarter, 2)[shuffled, None]
@@ -89,7 +89,7 @@ def _face(basis: Doubles, out: float, lines: tuple[float, ...], cell: tuple[floa
     n = len(line)
     x, y = np.meshgrid(line, line)
     vertices = x.reshape(-1, 1) * basis[0] + y.reshape(-1, 1) * basis[1] + out * basis[2]
-    at = np.arange(n * n).reshape(n, n)
+    at = np.arange(n * n, dtype=np.int64).reshape(n, n)
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
     triangles = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
     place = np.stack([triangles % n, triangles // n], axis=-1) / (n - 1)

@@ -26,7 +26,7 @@ Generator = np.random.Generator
 
 def _soup(rng: Generator, size: int) -> tuple[Points, Faces]:
     """Loose triangles in a cube."""
-    return rng.uniform(-1, 1, (3 * size, 3)), np.arange(3 * size).reshape(-1, 3)
+    return rng.uniform(-1, 1, (3 * size, 3)), np.arange(3 * size, dtype=np.int64).reshape(-1, 3)
 
 
 def _tangle(rng: Generator, size: int) -> tuple[Points, Faces]:
@@ -39,7 +39,7 @@ def _grid(rng: Generator, size: int) -> tuple[Points, Faces]:
     side = 1 + max(1, round(np.sqrt(size / 2)))
     row, column = np.mgrid[:side, :side]
     points = np.stack([column / (side - 1), row / (side - 1), 0.4 * rng.random(row.shape)], axis=-1)
-    at = np.arange(side * side).reshape(side, side)
+    at = np.arange(side * side, dtype=np.int64).reshape(side, side)
     a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, 1:].ravel(), at[1:, :-1].ravel()
     return points.reshape(-1, 3), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
@@ -106,7 +106,9 @@ SPOILS: dict[str, Callable[[Generator, Points], Points]] = {
 FACE_SPOILS: dict[str, Callable[[Faces], Faces]] = {
     "doubled": lambda faces: np.concatenate([faces, faces]),
     "two-sided": lambda faces: np.concatenate([faces, faces[:, ::-1]]),
-    "mixed winding": lambda faces: np.where(np.arange(len(faces))[:, None] % 2 == 0, faces, faces[:, ::-1]),
+    "mixed winding": lambda faces: np.where(
+        np.arange(len(faces), dtype=np.int64)[:, None] % 2 == 0, faces, faces[:, ::-1]
+    ),
     "no area": lambda faces: np.concatenate([faces, faces[:1, [0, 0, 1]], faces[:1, [2, 2, 2]]]),
 }
 
@@ -114,7 +116,7 @@ FACE_SPOILS: dict[str, Callable[[Faces], Faces]] = {
 def _cells(rng: Generator, count: int) -> Doubles:
     """Each triangle in a cell of its own."""
     side = max(1, int(np.ceil(np.sqrt(count))))
-    place = np.stack([np.arange(count) % side, np.arange(count) // side], axis=1)
+    place = np.stack([np.arange(count, dtype=np.int64) % side, np.arange(count, dtype=np.int64) // side], axis=1)
     corners = np.array([(0.1, 0.1), (0.9, 0.2), (0.3, 0.9)])
     cells: Doubles = (place[:, None] + corners) / side
     return cells

@@ -64,7 +64,7 @@ def _texels_in(
     corners: Doubles, low: NDArray[np.int64], width: int, height: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The texels, x and y, whose centres lie in triangles, (T, 3, 2), of boxes of one size that begin at (T, 2)."""
-    row, column = np.divmod(np.arange(width * height), width)
+    row, column = np.divmod(np.arange(width * height, dtype=np.int64), width)
     x, y = low[:, :1] + column, low[:, 1:] + row
     (ax, ay), (bx, by), (cx, cy) = corners.transpose(1, 2, 0)[..., np.newaxis]
     area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)

@@ -20,7 +20,7 @@ EXPONENTS = (1.0, 2.5, 10.0, 64.0, 1000.0)
 def summed(blocked: Blocked, exponent: float = 1.0, tilt: float = 0.0) -> float:
     """The lobe about R, which leans towards +x, over what is above the horizon and not blocked."""
     count, step = FIBONACCI
-    i = np.arange(count)
+    i = np.arange(count, dtype=np.int64)
     turn = 2 * pi * (i * step % count) / count
     up = ((i + 0.5) / count) ** (1 / (exponent + 1))
     across = np.sqrt(np.maximum(0.0, 1 - up**2))

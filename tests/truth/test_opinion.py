@@ -28,7 +28,7 @@ def hills(cells: int = 10) -> Mesh:
     x, y = (each.ravel() for each in np.meshgrid(along, along))
     vertices = np.column_stack([x, y, 0.25 * np.sin(4 * x) * np.cos(5 * y)])
     slope = np.column_stack([-np.cos(4 * x) * np.cos(5 * y), 1.25 * np.sin(4 * x) * np.sin(5 * y), np.ones_like(x)])
-    a = (np.arange(cells)[:, np.newaxis] * (cells + 1) + np.arange(cells)).ravel()
+    a = (np.arange(cells, dtype=np.int64)[:, np.newaxis] * (cells + 1) + np.arange(cells, dtype=np.int64)).ravel()
     b, c, d = a + 1, a + cells + 2, a + cells + 1
     triangles = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
     uv = np.column_stack([x, y]) / 2 + 0.5
@@ -44,7 +44,9 @@ def gem() -> Mesh:
     axes[mirrored] = axes[mirrored][:, [0, 2, 1]]
     chart = np.array([(0.1, 0.1), (0.9, 0.1), (0.1, 0.9)]) * (0.25, 0.5)
     cells = np.array([(0.25 * column, 0.5 * row) for row in range(2) for column in range(4)])
-    return mesh_of("gem", axes.reshape(-1, 3), np.arange(24).reshape(8, 3), cells[:, np.newaxis] + chart, axes)
+    return mesh_of(
+        "gem", axes.reshape(-1, 3), np.arange(24, dtype=np.int64).reshape(8, 3), cells[:, np.newaxis] + chart, axes
+    )
 
 
 def mesh_of(name: str, vertices: ArrayLike, triangles: ArrayLike, uv: ArrayLike, normals: ArrayLike) -> Mesh:

@@ -71,11 +71,13 @@ CASES = [
 def cut_sphere(case: Case, is_open: np.ndarray) -> Mesh:
     """The sphere about the axis without its open cells: (RINGS, SECTORS) bool."""
     rims = np.append(case.rims, np.linspace(case.rims[-1], np.pi, 9)[1:])
-    polar, turn = np.meshgrid(rims, 2.0 * np.pi * np.arange(SECTORS * SEGMENTS) / (SECTORS * SEGMENTS), indexing="ij")
+    polar, turn = np.meshgrid(
+        rims, 2.0 * np.pi * np.arange(SECTORS * SEGMENTS, dtype=np.int64) / (SECTORS * SEGMENTS), indexing="ij"
+    )
     lean = radians(case.lean)
     x, y, z = np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)
     points = np.stack([x * cos(lean) + z * sin(lean), y, z * cos(lean) - x * sin(lean)], axis=-1)
-    number = np.arange(polar.size).reshape(polar.shape)
+    number = np.arange(polar.size, dtype=np.int64).reshape(polar.shape)
     a, b = number[:-1], number[1:]
     quads = np.stack([a, b, np.roll(b, -1, 1), np.roll(a, -1, 1)], axis=-1)
     shut = np.ones(quads.shape[:2], dtype=bool)
@@ -87,7 +89,7 @@ def cut_sphere(case: Case, is_open: np.ndarray) -> Mesh:
 
 def cells_of_rays(case: Case) -> np.ndarray:
     """(TEXELS, TEXELS) the number of the cell that each ray took, from 1; 0 for a ray that met the sphere in all."""
-    number = 1 + np.arange(RINGS * SECTORS).reshape(RINGS, SECTORS)
+    number = 1 + np.arange(RINGS * SECTORS, dtype=np.int64).reshape(RINGS, SECTORS)
     lean = radians(case.lean)
     camera = Camera((0.0, 0.0, 0.0), (sin(lean), 0.0, -cos(lean)), orthographic=True)
     receiver = Instance("patch", patch(SIDE), np.eye(4))

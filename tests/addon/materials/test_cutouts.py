@@ -131,8 +131,8 @@ def one_value(obj: Any) -> float:
 
 def means(found: Cutout) -> np.ndarray:
     """(TEXELS, TEXELS): the mean opacity of the card over each texel of the floor, row 0 at the top."""
-    steps = (np.arange(16) + 0.5) / 16 - 0.5
-    along = ((np.arange(TEXELS)[:, np.newaxis] + 0.5 + SPREAD * steps) / TEXELS).ravel()
+    steps = (np.arange(16, dtype=np.int64) + 0.5) / 16 - 0.5
+    along = ((np.arange(TEXELS, dtype=np.int64)[:, np.newaxis] + 0.5 + SPREAD * steps) / TEXELS).ravel()
     v, u = (each.ravel() for each in np.meshgrid(along[::-1], along, indexing="ij"))
     first = u > v  # triangles (0, 1, 2) and (0, 2, 3) of the unit square
     weights = np.where(first, [1 - u, u - v, v], [1 - v, u, v - u]).T.astype(np.float32)
@@ -282,9 +282,9 @@ def test_light_that_passes_is_what_cycles_counts() -> None:
 
 def _open(found: Cutout, height: float) -> np.ndarray:
     """(TEXELS, TEXELS): light that passes a square of side 64 about the origin at this height."""
-    squared, turn = (each.ravel() for each in np.meshgrid(*[(np.arange(64) + 0.5) / 64] * 2))
+    squared, turn = (each.ravel() for each in np.meshgrid(*[(np.arange(64, dtype=np.int64) + 0.5) / 64] * 2))
     slope = height * np.sqrt(squared / (1.0 - squared))  # radii at which cosine-weighted rays meet the plane
-    along = (np.arange(TEXELS) + 0.5) / TEXELS - 0.5
+    along = (np.arange(TEXELS, dtype=np.int64) + 0.5) / TEXELS - 0.5
     y, x = np.meshgrid(along[::-1], along, indexing="ij")
     u = (x[..., np.newaxis] + slope * np.cos(2 * np.pi * turn)).ravel() / 64 + 0.5
     v = (y[..., np.newaxis] + slope * np.sin(2 * np.pi * turn)).ravel() / 64 + 0.5

@@ -20,7 +20,7 @@ LEANING = np.array((0.6, 0.0, 0.8))
 
 def waves(size: int = 64) -> Any:
     """(h, w, 3): normals of a surface with waves along u and v, as colours."""
-    v, u = (np.indices((size, size)) + 0.5) / size
+    v, u = (np.indices((size, size), dtype=np.int64) + 0.5) / size
     normals = np.stack([0.6 * np.sin(6 * np.pi * u), 0.5 * np.cos(4 * np.pi * v), np.ones_like(u)], axis=2)
     return 0.5 + 0.5 * normals / np.linalg.norm(normals, axis=2, keepdims=True)
 

@@ -31,7 +31,9 @@ def cup(registered: None) -> Any:
     layer = obj.data.uv_layers.active.uv
     uv = np.empty((len(layer), 2), dtype=np.float32)
     layer.foreach_get("vector", uv.reshape(-1))
-    half = np.repeat(np.arange(len(obj.data.polygons)) % 2 == 0, 4)  # every other face is a chart of its own, mirrored
+    half = np.repeat(
+        np.arange(len(obj.data.polygons), dtype=np.int64) % 2 == 0, 4
+    )  # every other face is a chart of its own, mirrored
     uv[half] = (1.0 - uv[half][:, :1]) * [1, 0] + uv[half][:, 1:] * [0, 1]
     layer.foreach_set("vector", (0.5 * uv + np.where(half, 0.0, 0.5)[:, None]).reshape(-1))
     return obj

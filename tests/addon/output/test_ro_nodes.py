@@ -91,7 +91,7 @@ def rendered(path: Path) -> Array:
 def views_of(camera: Any) -> Array:
     """(PIXELS², 3): from what each pixel sees to the camera, in world space."""
     half = np.tan(0.5 * camera.data.angle)
-    steps = ((np.arange(PIXELS) + 0.5) / PIXELS * 2 - 1) * half
+    steps = ((np.arange(PIXELS, dtype=np.int64) + 0.5) / PIXELS * 2 - 1) * half
     across, up = np.meshgrid(steps, -steps)
     rays = np.stack([across, up, np.full_like(across, -1.0)], axis=-1).reshape(-1, 3)
     rays = rays @ np.array(camera.matrix_world.to_3x3()).T

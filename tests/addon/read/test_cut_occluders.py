@@ -40,7 +40,7 @@ def fence() -> Any:
     """A floor below a plate of which every other square is clear."""
     blender.plane("Floor")
     plate = blender.plane("Plate", location=(0.0, 0.0, 0.5))
-    plate.data.materials.append(cut_material("Checks", np.indices((8, 8)).sum(axis=0) % 2))
+    plate.data.materials.append(cut_material("Checks", np.indices((8, 8), dtype=np.int64).sum(axis=0) % 2))
     return plate
 
 

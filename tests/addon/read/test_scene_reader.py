@@ -499,7 +499,7 @@ def test_base_triangles_are_those_before_modifiers() -> None:
     obj.modifiers.new("Subdivision", "SUBSURF")
     base = base_triangles(bpy.context, obj)
     assert base.vertices.shape == (8, 3) and base.polygons.tolist() == [0, 0, 1, 1]
-    assert np.array_equal(np.unique(base.loops), np.arange(8))
+    assert np.array_equal(np.unique(base.loops), np.arange(8, dtype=np.int64))
     vertex_of_loop = np.array([loop.vertex_index for loop in obj.data.loops])
     np.testing.assert_array_equal(vertex_of_loop[base.loops], base.triangles)
 

@@ -78,7 +78,10 @@ def sky(empty_scene: None) -> Sky:
 
 def smooth(height: int = 256) -> Any:
     """An image with another colour in each direction, without a step at its seam."""
-    polar, turn = np.arange(0.5, height)[:, np.newaxis] * pi / height, np.arange(2 * height) * pi / height
+    polar, turn = (
+        np.arange(0.5, height)[:, np.newaxis] * pi / height,
+        np.arange(2 * height, dtype=np.int64) * pi / height,
+    )
     ways = np.broadcast_arrays(np.cos(polar), np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn))
     return (0.5 + 0.5 * np.stack(ways, axis=-1)).astype(np.float32)
 

@@ -39,10 +39,12 @@ def test_polygons_are_whole_and_charts_are_in_one_piece() -> None:
 def test_a_ragged_border_becomes_short() -> None:
     """Two halves of a flat sheet, their border ragged by two quads: not much longer than straight afterwards."""
     x, y = np.meshgrid(np.arange(41.0), np.arange(41.0), indexing="ij")
-    first = (np.arange(40)[:, None] * 41 + np.arange(40)).ravel()
+    first = (np.arange(40, dtype=np.int64)[:, None] * 41 + np.arange(40, dtype=np.int64)).ravel()
     corners = np.stack([first, first + 41, first + 42, first + 1], axis=1)
     triangles = corners[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    mesh = connected(np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), triangles, np.repeat(np.arange(1600), 2))
+    mesh = connected(
+        np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3), triangles, np.repeat(np.arange(1600, dtype=np.int64), 2)
+    )
     middle = mesh.corners.mean(axis=1)
     tooth = np.random.default_rng(2).integers(-2, 3, 40)
     label = (middle[:, 0] > 20 + tooth[np.floor(middle[:, 1]).astype(int)]).astype(np.int64)

@@ -24,7 +24,7 @@ TWO = np.array([[0, 1, 2], [0, 2, 3]])
 
 def mesh_of(points: Any, triangles: Any, polygon: Any = None, seams: Any = None) -> ChartMesh:
     triangles = np.asarray(triangles, np.int64)
-    own = np.arange(len(triangles)) if polygon is None else np.asarray(polygon, np.int64)
+    own = np.arange(len(triangles), dtype=np.int64) if polygon is None else np.asarray(polygon, np.int64)
     return connected(np.asarray(points, float), triangles, own, seams)
 
 
@@ -48,7 +48,9 @@ def test_twins_are_mutual_and_run_the_other_way(kind: Any) -> None:
 def test_loose_triangles_in_place_are_one_surface() -> None:
     vertices, triangles, polygons = waves(5)
     whole = mesh_of(vertices, triangles, polygons)
-    loose = mesh_of(vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3), polygons)
+    loose = mesh_of(
+        vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int64).reshape(-1, 3), polygons
+    )
     assert (loose.twin == whole.twin).all()
     assert len(loose.points) == len(whole.points)
 
@@ -113,7 +115,7 @@ def test_creases_and_seams() -> None:
 def test_a_part_is_the_mesh_of_its_triangles() -> None:
     vertices, triangles, polygons = waves(6)
     mesh = mesh_of(vertices, triangles, polygons)
-    chosen = np.flatnonzero(np.arange(len(triangles)) % 7 < 4)
+    chosen = np.flatnonzero(np.arange(len(triangles), dtype=np.int64) % 7 < 4)
     part, alone = mesh.part(chosen), mesh_of(vertices, triangles[chosen], polygons[chosen])
     assert (part.twin == alone.twin).all()
     assert np.array_equal(part.corners, alone.corners)

@@ -83,16 +83,16 @@ def euler_number(mesh: ChartMesh) -> int:
 def sheet(width: int, height: int, *, uneven: float = 0.0, quads: bool = False) -> Chart:
     """Squares cut in two; uneven: their corners are moved about by so much, and they are cut either way."""
     rng = np.random.default_rng(4)
-    x, y = np.meshgrid(np.arange(width + 1.0), np.arange(height + 1.0), indexing="ij")
+    x, y = np.meshgrid(np.arange(width + 1.0, dtype=np.int64), np.arange(height + 1.0, dtype=np.int64), indexing="ij")
     points = np.stack([x, y, 0.0 * x], axis=-1)
     points[..., :2] += rng.uniform(-uneven, uneven, (width + 1, height + 1, 2))
-    i = np.arange(x.size).reshape(x.shape)
+    i = np.arange(x.size, dtype=np.int64).reshape(x.shape)
     a, b, c, d = i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]
     turned = rng.random(a.shape) < 0.5 * (uneven > 0.0)
     lower = np.stack([a, b, np.where(turned, d, c)], axis=-1)
     upper = np.stack([np.where(turned, b, a), c, d], axis=-1)
     triangles = np.stack([lower, upper], axis=-2).reshape(-1, 3)
-    polygon = np.arange(len(triangles)) // (2 if quads else 1)
+    polygon = np.arange(len(triangles), dtype=np.int64) // (2 if quads else 1)
     return Chart(connected(points.reshape(-1, 3), triangles, polygon))
 
 
@@ -112,7 +112,7 @@ def box() -> Chart:
     """A closed surface: a cube, each side with a grid of its own that meets the next."""
     x, y, z = np.meshgrid(*[np.arange(13.0)] * 3, indexing="ij")
     points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
-    number = np.arange(13**3).reshape(13, 13, 13)
+    number = np.arange(13**3, dtype=np.int64).reshape(13, 13, 13)
     quads = []
     for axis in range(3):
         for end in (0, 12):
@@ -122,7 +122,7 @@ def box() -> Chart:
             quads.append(np.stack(corners, axis=-1).reshape(-1, 4)[:, :: 1 if end else -1])
     quad = np.concatenate(quads)
     triangles = np.concatenate([quad[:, [0, 1, 2]], quad[:, [0, 2, 3]]])
-    return Chart(connected(points - 6.0, triangles, np.tile(np.arange(len(quad)), 2)))
+    return Chart(connected(points - 6.0, triangles, np.tile(np.arange(len(quad), dtype=np.int64), 2)))
 
 
 def holed() -> Chart:
@@ -207,8 +207,8 @@ def test_two_triangles_of_one_polygon_are_not_parted() -> None:
 
 @pytest.mark.parametrize("triangles", [1, 2, 5])
 def test_a_single_polygon_is_not_cut(triangles: int) -> None:
-    chart = sheet(5, 1).only(np.arange(10) < triangles)
-    assert not Chart(replace(chart.mesh, polygon=np.full(triangles, 77))).halves().any()
+    chart = sheet(5, 1).only(np.arange(10, dtype=np.int64) < triangles)
+    assert not Chart(replace(chart.mesh, polygon=np.full(triangles, 77, dtype=np.int64))).halves().any()
 
 
 def test_corners_all_in_one_place_are_cut_all_the_same() -> None:
@@ -261,26 +261,28 @@ def many() -> tuple[ChartMesh, Cuts]:
     shapes = [tube(3 + k, 1.0 + k % 3, rows=1 + k % 4, closed=k % 5 == 0) for k in range(30)]
     shapes += [ring(5 + k, 0.5) for k in range(9)] + [spring(6, turns=1.0 + k) for k in range(3)]
     vertices, triangles, polygons = joined([placed(shape, at=(4.0 * k, 0, 0)) for k, shape in enumerate(shapes)])
-    label = np.repeat(np.arange(len(shapes)), [len(shape.triangles) for shape in shapes])
+    label = np.repeat(np.arange(len(shapes), dtype=np.int64), [len(shape.triangles) for shape in shapes])
     order = np.random.default_rng(5).permutation(len(triangles))
     mesh = connected(vertices.astype(float), triangles[order].astype(np.int64), polygons[order].astype(np.int64))
     slit = np.zeros(len(mesh.twin), bool)
-    some = np.flatnonzero((mesh.twin >= 0) & np.repeat(label[order] == 41, 3) & (np.arange(len(mesh.twin)) % 7 == 0))
+    some = np.flatnonzero(
+        (mesh.twin >= 0) & np.repeat(label[order] == 41, 3) & (np.arange(len(mesh.twin), dtype=np.int64) % 7 == 0)
+    )
     slit[some] = slit[mesh.twin[some]] = True
     return mesh, Cuts(label[order], slit)
 
 
 def test_many_charts_at_once_are_cut_as_each_by_itself() -> None:
     mesh, cuts = many()
-    wanted = np.arange(cuts.count) % 4 != 1
-    apart = np.full((cuts.count, 2), -1)
+    wanted = np.arange(cuts.count, dtype=np.int64) % 4 != 1
+    apart = np.full((cuts.count, 2), -1, dtype=np.int64)
     for chart in range(0, cuts.count, 3):
         apart[chart] = np.flatnonzero(cuts.label == chart)[[1, -1]]
     together = divided(mesh, cuts, wanted, apart)
     assert not together[~wanted[cuts.label]].any()
     for chart in np.flatnonzero(wanted):
         own = cuts.label == chart
-        alone = divided(mesh, cuts, np.arange(cuts.count) == chart, apart)
+        alone = divided(mesh, cuts, np.arange(cuts.count, dtype=np.int64) == chart, apart)
         assert np.array_equal(together[own], alone[own])
         assert together[own].any()
         assert not together[own].all()
@@ -308,7 +310,7 @@ def test_places_that_are_not_finite_are_refused() -> None:
 
 @pytest.mark.parametrize("apart", [(0, 2), (0, -1)])
 def test_triangles_of_another_chart_are_refused(apart: tuple[int, int]) -> None:
-    mesh, chart = sheet(1, 2).mesh, np.arange(4) // 2
+    mesh, chart = sheet(1, 2).mesh, np.arange(4, dtype=np.int64) // 2
     with pytest.raises(InputError):
         divided(mesh, Cuts(chart, np.zeros(12, bool)), np.ones(2, bool), np.array([apart, (-1, -1)]))
 

@@ -31,7 +31,7 @@ def rectangles(*boxes: tuple[float, float, float, float], area: float | None = N
     scale = 1.0 if area is None else np.sqrt(area / np.abs(uv_areas(uvs)).sum())
     vertices = np.zeros((4 * len(boxes), 3), np.float32)
     vertices[order, :2] = scale * uvs
-    vertices[:, 2] = np.repeat(np.arange(len(boxes)), 4)  # none in the place of another
+    vertices[:, 2] = np.repeat(np.arange(len(boxes), dtype=np.int64), 4)  # none in the place of another
     return ExistingCharts(vertices, order, uvs)
 
 
@@ -63,7 +63,7 @@ def test_maps_that_filled_the_square_share_it() -> None:
     assert result.count == 6 and result.padding == PADDING
     texels = in_texels(*result.uv)
     assert not len(overlaps(texels, TOLERANCE)[0])
-    assert kept_padding(texels, np.repeat(np.arange(6), 2), SIZE, SIZE, PADDING) == PADDING
+    assert kept_padding(texels, np.repeat(np.arange(6, dtype=np.int64), 2), SIZE, SIZE, PADDING) == PADDING
     assert uv_areas(np.concatenate(result.uv)).sum() > 0.5
 
 

@@ -19,7 +19,10 @@ def sheet(columns: int, rows: int, surface: Surface) -> Mesh:
     """A grid of columns x rows quads over the unit square, two triangles each, on a surface."""
     u, v = np.meshgrid(np.linspace(0.0, 1.0, columns + 1), np.linspace(0.0, 1.0, rows + 1), indexing="ij")
     points = np.stack(surface(u.ravel(), v.ravel()), axis=1)
-    i, j = (grid.ravel() for grid in np.meshgrid(np.arange(columns), np.arange(rows), indexing="ij"))
+    i, j = (
+        grid.ravel()
+        for grid in np.meshgrid(np.arange(columns, dtype=np.int64), np.arange(rows, dtype=np.int64), indexing="ij")
+    )
     a = i * (rows + 1) + j
     b, c, d = a + rows + 1, a + rows + 2, a + 1
     return points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
@@ -37,11 +40,21 @@ def cone(sides: int, rows: int) -> Mesh:
 
 def dome(sides: int, rings: int) -> Mesh:
     """Half a sphere of radius 1 with a vertex on top."""
-    angle, tilt = np.arange(sides) * 2.0 * np.pi / sides, np.arange(1, rings + 1)[:, None] * 0.5 * np.pi / rings
+    angle, tilt = (
+        np.arange(sides, dtype=np.int64) * 2.0 * np.pi / sides,
+        np.arange(1, rings + 1, dtype=np.int64)[:, None] * 0.5 * np.pi / rings,
+    )
     ring = np.stack([np.sin(tilt) * np.cos(angle), np.sin(tilt) * np.sin(angle), np.cos(tilt) + 0.0 * angle], axis=2)
-    here = 1 + np.arange(sides * (rings - 1))
+    here = 1 + np.arange(sides * (rings - 1), dtype=np.int64)
     beside = here + 1 - sides * (here % sides == 0)
-    top = np.stack([np.zeros(sides, int), 1 + np.arange(sides), 1 + (np.arange(sides) + 1) % sides], axis=1)
+    top = np.stack(
+        [
+            np.zeros(sides, int),
+            1 + np.arange(sides, dtype=np.int64),
+            1 + (np.arange(sides, dtype=np.int64) + 1) % sides,
+        ],
+        axis=1,
+    )
     quads = [np.stack([here, here + sides, beside + sides], 1), np.stack([here, beside + sides, beside], 1)]
     return np.concatenate([[[0.0, 0.0, 1.0]], ring.reshape(-1, 3)]), np.concatenate([top, *quads])
 
@@ -184,7 +197,7 @@ def test_triangles_without_area_stay_thin_and_upset_nothing() -> None:
     points, triangles = tube(40, 12, turn=3.0, height=2.0)
     # T-junctions: the edge of every third triangle is split, on its other side by a triangle without area
     corner = triangles[::3]
-    middle = len(points) + np.arange(len(corner))
+    middle = len(points) + np.arange(len(corner), dtype=np.int64)
     halves = [np.stack([corner[:, 0], middle, corner[:, 2]], 1), np.stack([middle, corner[:, 1], corner[:, 2]], 1)]
     without_area = np.stack([corner[:, 0], corner[:, 1], middle], axis=1)
     mesh = (
@@ -204,7 +217,7 @@ def test_triangles_without_area_stay_thin_and_upset_nothing() -> None:
 
 def test_an_edge_without_length() -> None:
     points, triangles = tube(30, 30, turn=2.0, height=2.0)
-    column, row = np.divmod(np.arange(len(points)), 31)
+    column, row = np.divmod(np.arange(len(points), dtype=np.int64), 31)
     inside = np.flatnonzero((column % 4 == 2) & (row % 4 == 2) & (column < 30))
     points[inside] = points[inside + 31]
     mesh = points, triangles

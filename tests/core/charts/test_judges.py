@@ -18,7 +18,9 @@ SQUARE = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
 def squares(*corners: tuple[float, float, float]) -> tuple[PolygonMesh, Any]:
     """Loose squares of side 1 in space; in the layout, by place and side in texels."""
     flat = np.concatenate([SQUARE, np.zeros((4, 1))], axis=1)
-    mesh = copies([flat + np.array([3.0 * number, 0.0, 0.0]) for number in range(len(corners))], np.arange(4))
+    mesh = copies(
+        [flat + np.array([3.0 * number, 0.0, 0.0]) for number in range(len(corners))], np.arange(4, dtype=np.int64)
+    )
     texels = np.concatenate([np.array([x, y]) + side * SQUARE for x, y, side in corners])
     return mesh, (texels[mesh.triangles] / SIZE).astype(np.float32)
 
@@ -98,7 +100,7 @@ def test_padding_counts_texels_that_are_touched_at_all(x: float, y: float, kept:
 
 def test_thin_charts_are_seen_between_the_texels_centres() -> None:
     corners = np.array([[(1.1, 1.1), (30.0, 1.1), (30.0, 1.2)], [(1.1, 3.1), (30.0, 3.1), (30.0, 3.2)]])
-    assert kept_padding(corners, np.arange(2), *SIZE, 4) == 1
+    assert kept_padding(corners, np.arange(2, dtype=np.int64), *SIZE, 4) == 1
 
 
 def test_mirrored_collapsed_outside_and_torn() -> None:

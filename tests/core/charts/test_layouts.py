@@ -123,7 +123,7 @@ def test_a_polygon_that_lies_on_itself_is_parted() -> None:
     """Two turns about a point, in one plane: the second a little wider, for two corners in one place are one."""
     angle = np.linspace(0.0, 4.0 * np.pi, 17)
     rim = (1.0 + 0.02 * angle)[:, None] * np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=1)
-    at = np.arange(16)
+    at = np.arange(16, dtype=np.int64)
     triangles = np.stack([0 * at, at + 1, at + 2], axis=1).astype(np.int32)
     vertices = np.concatenate([np.zeros((1, 3)), rim]).astype(np.float32)
     mesh = PolygonMesh(vertices, triangles, np.zeros(16, np.int32))

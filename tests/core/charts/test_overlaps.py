@@ -59,7 +59,7 @@ def soup(kind: str, count: int) -> Any:
 def grid(width: int, height: int) -> Any:
     """(2 * width * height, 3, 2) a layout without overlaps: squares cut in two, their corners moved about."""
     rng = np.random.default_rng(5)
-    x, y = np.meshgrid(np.arange(width + 1.0), np.arange(height + 1.0), indexing="ij")
+    x, y = np.meshgrid(np.arange(width + 1.0, dtype=np.int64), np.arange(height + 1.0, dtype=np.int64), indexing="ij")
     p = np.stack([x, y], axis=-1) + rng.uniform(-0.2, 0.2, (width + 1, height + 1, 2))
     a, b, c, d = p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]
     return np.concatenate([np.stack([a, b, c], axis=-2), np.stack([a, c, d], axis=-2)]).reshape(-1, 3, 2)
@@ -104,7 +104,7 @@ def test_the_pairs_are_those_that_trying_each_gives(kind: str, tolerance: float)
 @pytest.mark.parametrize("groups", [2, 40, 499])
 def test_pairs_are_of_one_group(groups: int) -> None:
     uv = soup("even", 500)
-    group = (np.arange(500) * 7919 % groups - groups // 2).astype(np.int32)
+    group = (np.arange(500, dtype=np.int64) * 7919 % groups - groups // 2).astype(np.int32)
     assert np.array_equal(overlapping(uv, 0.01, group=group), all_pairs(uv, 0.01, group))
 
 
@@ -143,8 +143,8 @@ def test_the_same_pairs_come_with_any_number_of_threads() -> None:
 @pytest.mark.parametrize("groups", [1, 40, 100])
 def test_the_lowest_pair_of_each_group(groups: int) -> None:
     uv = soup("sizes", 500)
-    group = (np.arange(500) * 7919 % groups).astype(np.int32)
-    expected = np.full((groups, 2), -1)
+    group = (np.arange(500, dtype=np.int64) * 7919 % groups).astype(np.int32)
+    expected = np.full((groups, 2), -1, dtype=np.int64)
     for pair in all_pairs(uv, 0.01, group)[::-1]:
         expected[group[pair[0]]] = pair
     assert (expected >= 0).any()
@@ -155,7 +155,7 @@ def test_the_lowest_pair_of_each_group(groups: int) -> None:
 def test_more_pairs_than_can_be_listed_have_a_lowest_one() -> None:
     """2 * 10^10 in one place, and a group of two whose pair comes last."""
     uv = np.repeat(HALF[None], 200_002, axis=0)
-    group = (np.arange(len(uv)) >= 200_000).astype(np.int32)
+    group = (np.arange(len(uv), dtype=np.int64) >= 200_000).astype(np.int32)
     assert lowest_overlaps(uv, 0.1, group, 3).tolist() == [[0, 1], [200_000, 200_001], [-1, -1]]
 
 

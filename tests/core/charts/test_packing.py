@@ -26,19 +26,19 @@ def shards(count: int) -> Pieces:
     rng = np.random.default_rng(7)
     uv = rng.random((count, 1, 2)) * 100 + rng.random((count, 3, 2)) * rng.uniform(0.5, 5.0, (count, 1, 2))
     uv[uv_areas(uv) < 0.0] = uv[uv_areas(uv) < 0.0][:, ::-1]
-    return uv, np.arange(count)
+    return uv, np.arange(count, dtype=np.int64)
 
 
 def boxes(*sizes: tuple[float, float]) -> Pieces:
     """Rectangles of so much width and height, their lower left corners at the origin."""
     size = np.array(sizes, float)[:, None]
     corners = size * np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    return corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 2), np.repeat(np.arange(len(sizes)), 2)
+    return corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 2), np.repeat(np.arange(len(sizes), dtype=np.int64), 2)
 
 
 def arc(inner: float, outer: float, share: float = 1.0, sides: int = 48) -> Any:
     """(T, 3, 2): a ring about the origin, or a part of one."""
-    angle = 2 * np.pi * share * np.arange(sides + 1) / sides
+    angle = 2 * np.pi * share * np.arange(sides + 1, dtype=np.int64) / sides
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     if share == 1.0:
         ring[-1] = ring[0]
@@ -47,7 +47,7 @@ def arc(inner: float, outer: float, share: float = 1.0, sides: int = 48) -> Any:
 
 
 def together(shapes: Sequence[Any]) -> Pieces:
-    return np.concatenate(shapes), np.repeat(np.arange(len(shapes)), [len(shape) for shape in shapes])
+    return np.concatenate(shapes), np.repeat(np.arange(len(shapes), dtype=np.int64), [len(shape) for shape in shapes])
 
 
 def turned(uv: Any, angle: float) -> Any:

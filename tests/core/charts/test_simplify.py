@@ -22,14 +22,14 @@ def sized(points: Any, triangles: Any) -> Shape:
 
 def grid(rows: int, columns: int, wrap_rows: bool = False, wrap_columns: bool = False) -> Any:
     """Triangles of a grid of points (rows, columns), which may close upon itself."""
-    row, column = np.indices((rows - (not wrap_rows), columns - (not wrap_columns))).reshape(2, -1)
+    row, column = np.indices((rows - (not wrap_rows), columns - (not wrap_columns)), dtype=np.int64).reshape(2, -1)
     a, b = row * columns + column, (row + 1) % rows * columns + column
     c, d = (row + 1) % rows * columns + (column + 1) % columns, row * columns + (column + 1) % columns
     return np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3)
 
 
 def turn(sides: int) -> Any:
-    angle = 2.0 * np.pi * np.arange(sides) / sides
+    angle = 2.0 * np.pi * np.arange(sides, dtype=np.int64) / sides
     return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
@@ -41,7 +41,7 @@ def tube(sides: int, rings: int = 2) -> Shape:
 
 def cone(sides: int) -> Shape:
     points = np.concatenate([[[0.0, 0.0, 1.5]], np.c_[turn(sides), np.zeros(sides)]])
-    here = np.arange(sides)
+    here = np.arange(sides, dtype=np.int64)
     return sized(points, np.stack([np.zeros(sides, int), here + 1, (here + 1) % sides + 1], axis=1))
 
 
@@ -54,13 +54,15 @@ def can(sides: int) -> Shape:
 
 def disc(sides: int) -> Shape:
     """One polygon, as a fan from its first corner."""
-    here = np.arange(1, sides - 1)
+    here = np.arange(1, sides - 1, dtype=np.int64)
     return sized(np.c_[turn(sides), np.zeros(sides)], np.stack([0 * here, here, here + 1], axis=1))
 
 
 def ball(rows: int, columns: int, bumps: float = 0.0, noise: float = 0.0) -> Shape:
     """A UV sphere whose poles are many vertices in one place: the triangles there have no area."""
-    theta, phi = np.meshgrid(np.linspace(0.0, np.pi, rows), np.arange(columns) / columns * 2 * np.pi, indexing="ij")
+    theta, phi = np.meshgrid(
+        np.linspace(0.0, np.pi, rows), np.arange(columns, dtype=np.int64) / columns * 2 * np.pi, indexing="ij"
+    )
     radius = 1.0 + bumps * np.sin(6 * theta) * np.cos(5 * phi) * np.sin(theta) ** 2
     radius += noise * np.random.default_rng(1).standard_normal(radius.shape) * (np.sin(theta) > 0.01)
     flat = np.where(np.sin(theta) > 1e-9, np.sin(theta), 0.0)
@@ -69,7 +71,9 @@ def ball(rows: int, columns: int, bumps: float = 0.0, noise: float = 0.0) -> Sha
 
 
 def torus(rows: int, columns: int) -> Shape:
-    big, small = np.meshgrid(np.arange(rows) / rows, np.arange(columns) / columns, indexing="ij")
+    big, small = np.meshgrid(
+        np.arange(rows, dtype=np.int64) / rows, np.arange(columns, dtype=np.int64) / columns, indexing="ij"
+    )
     reach = 1.0 + 0.4 * np.cos(2 * np.pi * small)
     points = [reach * np.cos(2 * np.pi * big), reach * np.sin(2 * np.pi * big), 0.4 * np.sin(2 * np.pi * small)]
     return sized(np.stack(points, axis=-1).reshape(-1, 3), grid(rows, columns, wrap_rows=True, wrap_columns=True))
@@ -77,7 +81,7 @@ def torus(rows: int, columns: int) -> Shape:
 
 def spring(rings: int, sides: int) -> Shape:
     along = np.repeat(np.linspace(0.0, 40.0, rings), sides)
-    around = np.tile(2 * np.pi * np.arange(sides) / sides, rings)
+    around = np.tile(2 * np.pi * np.arange(sides, dtype=np.int64) / sides, rings)
     reach = 1.0 + 0.15 * np.cos(around)
     points = np.stack([reach * np.cos(along), reach * np.sin(along), 0.15 * np.sin(around) + 0.1 * along], axis=1)
     return sized(points, grid(rings, sides, wrap_columns=True))
@@ -185,7 +189,7 @@ def test_patches_are_connected_and_compact(shape: Shape) -> None:
     """The borders of the patches, along the mesh's own edges, are hardly longer than the simplified mesh's edges."""
     points, triangles = shape
     result = simplify(shape, 0.0, len(triangles) // 20)
-    both = np.concatenate([edges(triangles), np.full((1, 2), -1)])
+    both = np.concatenate([edges(triangles), np.full((1, 2), -1, dtype=np.int64)])
     _, back, uses = np.unique(both, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(back.ravel()[:-1], kind="stable")
     paired = order[(uses[back.ravel()[:-1]] == 2)[order]].reshape(-1, 2)
@@ -194,7 +198,7 @@ def test_patches_are_connected_and_compact(shape: Shape) -> None:
     length = np.linalg.norm(points[border[:, 0]] - points[border[:, 1]], axis=1).sum()
     inner = np.unique(edges(result.triangles), axis=0)
     assert length < 1.3 * np.linalg.norm(points[inner[:, 0]] - points[inner[:, 1]], axis=1).sum()
-    part = np.arange(len(triangles))
+    part = np.arange(len(triangles), dtype=np.int64)
     joined = paired[labels[:, 0] == labels[:, 1]] // 3
     while True:
         lower = part.copy()
@@ -216,7 +220,7 @@ def test_patches_end_at_creases(sides: int) -> None:
 
 def test_kept_lines_stay_and_are_not_crossed() -> None:
     """A wavy line over a rough sheet: its ends stay, it is thinned out, and patches end at it."""
-    row, column = np.indices((60, 60)).reshape(2, -1)
+    row, column = np.indices((60, 60), dtype=np.int64).reshape(2, -1)
     height = 0.02 * np.random.default_rng(2).standard_normal(3600)
     triangles = (shape := sized(np.c_[row, column, height].astype(float), grid(60, 60)))[1]
     line = row == 30
@@ -248,7 +252,7 @@ def test_smoothing_takes_noise_away() -> None:
 
 
 def test_smoothing_leaves_borders_and_creases() -> None:
-    row, column = np.indices((30, 30)).reshape(2, -1)
+    row, column = np.indices((30, 30), dtype=np.int64).reshape(2, -1)
     points = (shape := sized(np.c_[row, column, np.abs(row - 15)].astype(float), grid(30, 30)))[0]
     result = simplify(shape, 1.0)
     smooth = result.smoothed(points, 2.0)
@@ -259,7 +263,7 @@ def test_smoothing_leaves_borders_and_creases() -> None:
 
 def test_triangles_without_area_do_not_stand_in_the_way() -> None:
     """A flat sheet, rows of which fall upon one another, becomes two triangles."""
-    row, column = np.indices((50, 50)).reshape(2, -1)
+    row, column = np.indices((50, 50), dtype=np.int64).reshape(2, -1)
     shape = sized(np.c_[row, column // 4 * 4, 0 * row].astype(float), grid(50, 50))
     assert (area_of(shape[0][shape[1]]) == 0.0).mean() > 0.5
     assert len(simplify(shape, 0.01).triangles) == 2
@@ -267,14 +271,14 @@ def test_triangles_without_area_do_not_stand_in_the_way() -> None:
 
 @pytest.mark.parametrize("flat", [[0, 0, 0], [1, 0, 0]], ids=["a point", "a line"])
 def test_a_mesh_without_any_area(flat: Any) -> None:
-    row, column = np.indices((20, 20)).reshape(2, -1)
+    row, column = np.indices((20, 20), dtype=np.int64).reshape(2, -1)
     shape = np.c_[row, column, 0 * row] * np.array(flat, float), grid(20, 20)
     assert len(simplify(shape, 0.0, 10).triangles) <= 10
 
 
 def test_loose_and_unwelded_triangles_stay() -> None:
     points, triangles = torus(20, 12)
-    loose = points[triangles].reshape(-1, 3), np.arange(triangles.size).reshape(-1, 3)
+    loose = points[triangles].reshape(-1, 3), np.arange(triangles.size, dtype=np.int64).reshape(-1, 3)
     assert len(simplify(loose, 100.0, 0).triangles) == len(triangles)
 
 

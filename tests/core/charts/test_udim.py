@@ -46,8 +46,11 @@ def mirrored(mesh: Any) -> Any:
 def grid(cells: tuple[int, int], spread: tuple[float, float], bumps: float = 0.0) -> Any:
     """A terrain of so many cells whose UVs are spread evenly over so many tiles."""
     columns, rows = cells
-    x, y = (each.ravel() for each in np.meshgrid(np.arange(columns + 1), np.arange(rows + 1)))
-    low = (np.arange(rows)[:, None] * (columns + 1) + np.arange(columns)).ravel()
+    x, y = (
+        each.ravel()
+        for each in np.meshgrid(np.arange(columns + 1, dtype=np.int64), np.arange(rows + 1, dtype=np.int64))
+    )
+    low = (np.arange(rows, dtype=np.int64)[:, None] * (columns + 1) + np.arange(columns, dtype=np.int64)).ravel()
     quads = np.stack([low, low + 1, low + columns + 2, low + columns + 1], axis=1)
     triangles = quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3).astype(np.int32)
     vertices = np.stack([x, y, bumps * np.sin(x * 1.3) * np.cos(y * 0.7)], axis=1).astype(np.float32)

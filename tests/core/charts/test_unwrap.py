@@ -79,7 +79,9 @@ def broken(kind: str) -> PolygonMesh:
     }.get(kind, np.empty((0, 3)))
     vertices = np.concatenate([vertices, more]).astype(np.float32)
     triangles = np.concatenate([triangles, extra]).astype(np.int32)
-    return PolygonMesh(vertices, triangles, np.append(polygons, 6 + np.arange(len(extra))).astype(np.int32))
+    return PolygonMesh(
+        vertices, triangles, np.append(polygons, 6 + np.arange(len(extra), dtype=np.int64)).astype(np.int32)
+    )
 
 
 @pytest.mark.parametrize(
@@ -114,13 +116,15 @@ def test_what_lies_flat_is_not_cut_for_others() -> None:
     side = np.linspace(0.0, 1.0, 50)
     x, y = np.meshgrid(side, side)
     sheet = np.stack([np.sin(x), y, np.cos(x)], axis=2).reshape(-1, 3)
-    at = np.arange(49)[:, None] * 50 + np.arange(49)
+    at = np.arange(49, dtype=np.int64)[:, None] * 50 + np.arange(49, dtype=np.int64)
     faces = np.stack([at, at + 1, at + 51, at, at + 51, at + 50], axis=2).reshape(-1, 3)
     assert unwrap("sheet", sheet, faces).count == 1
     ball = round_shapes.capsule(16, 8)
     triangles = np.concatenate([faces, ball.triangles + len(sheet)]).astype(np.int32)
     both = PolygonMesh(
-        np.concatenate([sheet, 0.03 * ball.vertices + 5.0]).astype(np.float32), triangles, np.arange(len(triangles))
+        np.concatenate([sheet, 0.03 * ball.vertices + 5.0]).astype(np.float32),
+        triangles,
+        np.arange(len(triangles), dtype=np.int64),
     )
     charts = unwrap("both", *both)
     assert charts.count > 2
@@ -178,7 +182,7 @@ def test_a_vertex_that_flew_away_is_told() -> None:
 
 def sheet(cells: int = 8) -> PolygonMesh:
     """Flat, its vertices row by row."""
-    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0))
+    x, y = np.meshgrid(np.arange(cells + 1.0, dtype=np.int64), np.arange(cells + 1.0, dtype=np.int64))
     return net(np.stack([x, y, 0.0 * x], axis=-1))
 
 

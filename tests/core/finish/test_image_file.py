@@ -70,7 +70,7 @@ def test_colour_comes_back(tmp_path: Path, name: str, depth: int) -> None:
 
 @pytest.mark.parametrize("depth", [16, 32])
 def test_exr_keeps_values_where_coverage_is_zero(tmp_path: Path, depth: int) -> None:
-    covered = np.indices((37, 53)).sum(axis=0) % 3 == 0
+    covered = np.indices((37, 53), dtype=np.int64).sum(axis=0) % 3 == 0
     write_image(tmp_path / "ao.exr", ramp(), depth=depth, coverage=covered)
     values, _ = read_image(tmp_path / "ao.exr")
     assert values.shape == (37, 53, 4)

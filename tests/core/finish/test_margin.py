@@ -16,8 +16,8 @@ def scattered(seed: int, height: int = 41, width: int = 58, share: float = 0.02)
 def chessboard_distance(covered: np.ndarray) -> np.ndarray:
     """(h, w) int: steps of a king to the nearest covered texel, by comparing with every one."""
     rows, columns = np.nonzero(covered)
-    down = np.abs(np.arange(covered.shape[0])[:, None, None] - rows)
-    right = np.abs(np.arange(covered.shape[1])[None, :, None] - columns)
+    down = np.abs(np.arange(covered.shape[0], dtype=np.int64)[:, None, None] - rows)
+    right = np.abs(np.arange(covered.shape[1], dtype=np.int64)[None, :, None] - columns)
     return np.maximum(down, right).min(axis=-1)
 
 
@@ -54,7 +54,9 @@ def test_covered_texels_keep_their_bits_even_when_black() -> None:
 def test_black_charts_get_black_margins() -> None:
     covered = np.zeros((9, 20), dtype=bool)
     covered[4, 2], covered[4, 17] = True, True
-    values = np.where(np.arange(20) < 10, 0.0, 1.0).astype(np.float32) * np.ones((9, 1), dtype=np.float32)
+    values = np.where(np.arange(20, dtype=np.int64) < 10, 0.0, 1.0).astype(np.float32) * np.ones(
+        (9, 1), dtype=np.float32
+    )
     filled = fill_margin(values, covered, 2)
     assert np.all(filled[2:7, 0:5] == 0.0)
     assert np.all(filled[2:7, 15:20] == 1.0)

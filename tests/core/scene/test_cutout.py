@@ -34,7 +34,7 @@ def places(count: int, seed: int = 0) -> np.ndarray:
 @pytest.mark.parametrize("linear", [False, True])
 def test_texels_have_their_values_in_their_middles(linear: bool, wrap: Wrap) -> None:
     values = np.random.default_rng(1).random((3, 5), dtype=np.float32)
-    row, column = (each.ravel() for each in np.indices(values.shape))
+    row, column = (each.ravel() for each in np.indices(values.shape, dtype=np.int64))
     uv = np.stack([(column + 0.5) / 5, 1.0 - (row + 0.5) / 3], axis=1)
     assert_allclose(sampled(alpha(values, linear, wrap), uv), values.ravel(), atol=1e-6)
 

@@ -115,7 +115,7 @@ def test_an_ordinary_mesh_is_one_part(mesh: Mesh) -> None:
 
 def test_what_owns_no_texel_parts_nothing() -> None:
     target = Instance("target", JOINED["triangle, 1e6"], np.eye(4))
-    counted = np.arange(len(target.mesh.triangles)) < len(ASSET.triangles)
+    counted = np.arange(len(target.mesh.triangles), dtype=np.int64) < len(ASSET.triangles)
     (part,) = parts_of(target, counted)
     assert np.abs(part.origin).max() < 1e-6
 

@@ -88,7 +88,7 @@ def test_point_by_point_they_are_the_same(name: str, exponent: float) -> None:
     """Four clusters beside one another, in whose quads texels have unlike numbers of rays: none is asked as a whole."""
     sheet = Sheet(saddle() if name == "saddle" else shapes.plane(), 8)
     sheet = bumpy(sheet) if name == "bumpy" else sheet
-    precision = np.where(np.add.outer(np.arange(8), np.arange(8)) % 2 == 0, 1.0, 8.0)
+    precision = np.where(np.add.outer(np.arange(8, dtype=np.int64), np.arange(8, dtype=np.int64)) % 2 == 0, 1.0, 8.0)
     precision[2, 3] = precision[6, 6] = 0.0
     for seed in range(4):
         (value, error), (expected, expected_error) = both(sheet, map_of(sheet, precision, seed), exponent)
@@ -101,7 +101,7 @@ def test_point_by_point_they_are_the_same(name: str, exponent: float) -> None:
 def test_quads_and_clusters_stand_for_their_points(name: str, even: bool) -> None:
     """What comes of it is another weighting of the same neighbours, no worse a filter."""
     sheet = Sheet(MESHES[name], 32)
-    blocks = np.add.outer(np.arange(32) // 8, np.arange(32) // 8) % 2
+    blocks = np.add.outer(np.arange(32, dtype=np.int64) // 8, np.arange(32, dtype=np.int64) // 8) % 2
     images = map_of(sheet, np.where(even, 1.0, 1.0 + 7.0 * blocks), 7)
     (value, error), (expected, expected_error) = both(sheet, images)
     truth = waves(sheet)[sheet.owned]

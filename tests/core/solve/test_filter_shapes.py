@@ -21,7 +21,7 @@ def faceted(values: Doubles, sheet: Sheet) -> Doubles:
 
 def away_from_poles(sheet: Sheet) -> np.ndarray:
     """Of a ball: where its texels are not much longer than wide."""
-    rows = np.arange(len(sheet.owned)) / len(sheet.owned)
+    rows = np.arange(len(sheet.owned), dtype=np.int64) / len(sheet.owned)
     return sheet.owned & (np.abs(rows - 0.5) < 0.3)[:, None]
 
 

@@ -36,14 +36,14 @@ def test_rounds_come_to_what_as_many_rays_at_once_do(rounds: tuple[int, ...]) ->
     at_once = begun(rays, rounds[-1], rounds[-1])
     estimate = begun(rays, rounds[0], rounds[0])
     for before, after in pairwise(rounds):
-        estimate.go_on(*sums(rays, before, after), before, after, np.arange(TEXELS))
+        estimate.go_on(*sums(rays, before, after), before, after, np.arange(TEXELS, dtype=np.int64))
     assert_allclose(estimate.value, at_once.value, atol=1e-6)
     variance, expected = (each.noise / each.precision for each in (estimate, at_once))
     assert_allclose(variance, expected, rtol=1e-4, atol=1e-9)
 
 
 def test_a_texel_without_rays_takes_those_of_its_first_round() -> None:
-    rays, texels = rays_of(16), np.arange(5, 40)
+    rays, texels = rays_of(16), np.arange(5, 40, dtype=np.int64)
     estimate = RunningEstimate.empty(SHAPE, 16)
     estimate.value[:] = 0.3  # told otherwise
     total, first_half = (each[texels] for each in sums(rays, 0, 16))
@@ -53,7 +53,7 @@ def test_a_texel_without_rays_takes_those_of_its_first_round() -> None:
 
 
 def test_a_texel_that_faces_away_in_a_round_goes_on_with_the_mean_that_it_had() -> None:
-    rays, everything = rays_of(64), np.arange(TEXELS)
+    rays, everything = rays_of(64), np.arange(TEXELS, dtype=np.int64)
     estimate = begun(rays, 4, 4)
     known = estimate.value.reshape(-1).copy()
     seen = everything % 2 == 0

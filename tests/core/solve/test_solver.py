@@ -39,7 +39,7 @@ def resting() -> Scene:
 @pytest.fixture(scope="module")
 def exact() -> np.ndarray:
     """AO of the floor, at the middles of its texels."""
-    x = 4 * (np.arange(SIZE) + 0.5) / SIZE - 2
+    x = 4 * (np.arange(SIZE, dtype=np.int64) + 0.5) / SIZE - 2
     squared: np.ndarray = x[:, None] ** 2 + x**2
     return 1 - RADIUS**3 / (RADIUS**2 + squared) ** 1.5
 

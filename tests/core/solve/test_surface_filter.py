@@ -43,14 +43,16 @@ def test_noise_falls_by_much_on_a_plane_and_the_mean_stays(flat: Sheet) -> None:
 
 
 def test_where_there_is_no_noise_nothing_changes(flat: Sheet) -> None:
-    detail = 0.5 + 0.3 * np.sign(np.sin(np.arange(SIDE)[:, None] * 1.3) * np.cos(np.arange(SIDE) * 2.1))
+    detail = 0.5 + 0.3 * np.sign(
+        np.sin(np.arange(SIDE, dtype=np.int64)[:, None] * 1.3) * np.cos(np.arange(SIDE, dtype=np.int64) * 2.1)
+    )
     assert_allclose(flat.filter(detail, 0.0), detail, atol=1e-3)
 
 
 def test_a_step_stays_sharp(flat: Sheet) -> None:
     """A contact shadow's edge: twelve times the noise high, one texel wide."""
     rng = np.random.default_rng(2)
-    step = np.where(np.arange(SIDE) < SIDE // 2, 0.2, 0.8) * np.ones((SIDE, 1))
+    step = np.where(np.arange(SIDE, dtype=np.int64) < SIDE // 2, 0.2, 0.8) * np.ones((SIDE, 1))
     filtered = flat.filter(step + 0.05 * rng.standard_normal(step.shape), 0.05**2)
     beside = slice(SIDE // 2 - 1, SIDE // 2 + 1)
     assert np.sqrt(np.mean((filtered[:, beside] - step[:, beside]) ** 2)) < 0.05
@@ -123,7 +125,9 @@ def test_texels_without_rays_are_filled_from_their_neighbours(flat: Sheet) -> No
 def test_a_precise_value_counts_for_more(flat: Sheet) -> None:
     """Half of the texels have 64 times the rays; the others, beside them, gain."""
     rng = np.random.default_rng(5)
-    precision = np.where(np.add.outer(np.arange(SIDE), np.arange(SIDE)) % 2 == 0, 1.0, 512.0).astype(np.float32)
+    precision = np.where(
+        np.add.outer(np.arange(SIDE, dtype=np.int64), np.arange(SIDE, dtype=np.int64)) % 2 == 0, 1.0, 512.0
+    ).astype(np.float32)
     noisy = (0.5 + 0.05 * rng.standard_normal((SIDE, SIDE)) / np.sqrt(precision)).astype(np.float32)
     noise = np.full((SIDE, SIDE), 0.05**2, dtype=np.float32)
     mixed, expected = flat.surface_filter.filter(noisy, noise, precision)
@@ -170,7 +174,7 @@ def test_a_thin_gap_keeps_its_shadow(gap: float) -> None:
     truth: Baked = bake_one(scene, size=96, rays=4096, seed=9)
     sharp = bake_one(scene, size=96, rays=256, filtered=True).maps["ao"].values
     plain = bake_one(scene, size=96, rays=256).maps["ao"].values
-    x = (np.arange(96) + 0.5) / 48 - 1
+    x = (np.arange(96, dtype=np.int64) + 0.5) / 48 - 1
     near = np.broadcast_to(np.abs(x) < gap / 2 + 0.06, (96, 96))
 
     def error(values: np.ndarray) -> float:

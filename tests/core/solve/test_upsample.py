@@ -61,7 +61,7 @@ def test_each_row_is_told_by_the_same_weights() -> None:
 
 def test_an_edge_between_coarse_texels_is_detail_and_nothing_else_is() -> None:
     sheet = Sheet(shapes.plane(1.0), SIDE)
-    step = np.where(np.arange(SIDE // 2) < SIDE // 4, 0.2, 0.8) * np.ones((SIDE // 2, 1))
+    step = np.where(np.arange(SIDE // 2, dtype=np.int64) < SIDE // 4, 0.2, 0.8) * np.ones((SIDE // 2, 1))
     detail = told(sheet, step).detail
     beside = slice(SIDE // 2 - 1, SIDE // 2 + 1)
     assert detail[:, beside].min() > 0.01

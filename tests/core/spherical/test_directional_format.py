@@ -143,7 +143,7 @@ def errors(code: DirectionalFormat, depth: int | None = None) -> dict[float, flo
     if depth:
         values = from_images(to_images(values[None], code, depth), code)[0]
     cosines = np.linspace(0.15, 1.0, 18)
-    turns = np.arange(18) * 2.4
+    turns = np.arange(18, dtype=np.int64) * 2.4
     views = np.stack([*(np.sqrt(1 - cosines**2) * each(turns) for each in (np.cos, np.sin)), cosines], axis=1)
     found = {}
     for exponent in (10.0, 32.0):

@@ -38,7 +38,9 @@ def random_ways(count: int, seed: int = 0) -> np.ndarray:
 
 
 def test_the_map_is_the_kernels() -> None:
-    places = np.concatenate([np.random.default_rng(1).random((500, 2)), np.indices((5, 5)).reshape(2, -1).T / 4])
+    places = np.concatenate(
+        [np.random.default_rng(1).random((500, 2)), np.indices((5, 5), dtype=np.int64).reshape(2, -1).T / 4]
+    )
     for (u, v), (x, y, z) in zip(places, directions(*places.T), strict=True):
         disk = concentric(u, v)
         assert z == pytest.approx(1 - disk[0] ** 2 - disk[1] ** 2, abs=1e-12)
@@ -85,7 +87,7 @@ def test_all_cells_have_one_solid_angle(side: int) -> None:
 def test_pieces_lie_in_their_cells_row_by_row(side: int) -> None:
     pieces = subcells(side, 3)
     assert pieces.shape == (side**2, 9, 3)
-    assert_array_equal(cell_of(pieces, side), np.repeat(np.arange(side**2), 9).reshape(-1, 9))
+    assert_array_equal(cell_of(pieces, side), np.repeat(np.arange(side**2, dtype=np.int64), 9).reshape(-1, 9))
     row, column = 1, side - 2
     at = directions((column + 0.5) / side, (row + 0.5) / side)
     assert cell_of(at, side) == row * side + column and at[0] > 0 > at[1]

@@ -22,7 +22,7 @@ def test_the_weights_sum_to_the_open_horizon(exponent: float) -> None:
 
 @pytest.mark.parametrize("exponent", [1.0, 3.0, 32.0])
 def test_against_a_fine_grid(exponent: float) -> None:
-    height, turn = ((np.arange(n) + 0.5) / n for n in (800, 800))
+    height, turn = ((np.arange(n, dtype=np.int64) + 0.5) / n for n in (800, 800))
     z, phi = np.meshgrid(height, 2 * pi * turn, indexing="ij")
     x = np.sqrt(1 - z**2) * np.cos(phi)
     for cosine in (0.0, 0.2, 0.7, 1.0):

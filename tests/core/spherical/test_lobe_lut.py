@@ -21,7 +21,7 @@ def bicubic(image: Array, x: Array, y: float) -> Array:
         away = np.abs(away)
         return np.where(away < 1, 2 / 3 - away**2 + away**3 / 2, np.maximum(2 - away, 0) ** 3 / 6)
 
-    across, down = (weights(np.arange(PADDED) - at) for at in (x[:, None], y))
+    across, down = (weights(np.arange(PADDED, dtype=np.int64) - at) for at in (x[:, None], y))
     return np.einsum("nx,y,yxc->nc", across, down, image)
 
 
@@ -39,7 +39,7 @@ def test_they_go_through_the_image(splines: Array) -> None:
     wanted = tiles(lobe_lut())
     assert splines.shape == (PADDED, TILES * PADDED, 3) and splines.dtype == np.float32
     for row in (0, 1, 30, SIDE - 1):
-        found = bicubic(tiles(splines), np.arange(SIDE) + 1.0, row + 1.0)
+        found = bicubic(tiles(splines), np.arange(SIDE, dtype=np.int64) + 1.0, row + 1.0)
         assert_allclose(found, wanted[row], atol=2e-5)
 
 

@@ -136,7 +136,7 @@ def test_every_coefficient_counts(run: Run, drawn: Drawn) -> None:
     r = drawn.r[:320]
     code = np.zeros((320, 16), np.float32)
     code[:, 0] = np.sqrt(pi)
-    code[np.arange(320), np.arange(320) % 16] += 0.2
+    code[np.arange(320, dtype=np.int64), np.arange(320, dtype=np.int64) % 16] += 0.2
     found = run(0, code, drawn.mask[:320], r, np.full(320, 10.0))
     expected = spherical_harmonics.rebuild(code, r, 10.0)
     open_half = 0.5 * open_horizon(10.0, r[:, 2])

@@ -33,7 +33,7 @@ def about(cosines: Doubles, seed: int = 0) -> Doubles:
 
 def test_the_basis_is_orthonormal_over_the_sphere() -> None:
     z, shares = np.polynomial.legendre.leggauss(16)
-    height, turn = np.meshgrid(z, np.arange(32) * pi / 16, indexing="ij")
+    height, turn = np.meshgrid(z, np.arange(32, dtype=np.int64) * pi / 16, indexing="ij")
     sine = np.sqrt(1 - height**2)
     sphere = np.stack([sine * np.cos(turn), sine * np.sin(turn), height], axis=-1).reshape(-1, 3)
     values = basis(sphere, 6)

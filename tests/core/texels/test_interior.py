@@ -178,11 +178,11 @@ def test_threads_and_size_change_nothing() -> None:
     for size in (1, 40, 512):
         owner = np.full((size, size), 3, np.int32)
         assert {interior_share(scene, TexelSurface(inner, owner, threads=threads), 0) for threads in (1, 2, 3)} == {1.0}
-    spread = interior.spread(np.arange(512 * 512))
+    spread = interior.spread(np.arange(512 * 512, dtype=np.int64))
     assert len(spread) == SAMPLED and np.all(np.diff(spread) > 0)
     for place in (spread % 512, spread // 512):
         assert np.bincount(place // 64, minlength=8).min() > 0.9 * SAMPLED / 8
-    assert_array_equal(interior.spread(np.arange(SAMPLED)), np.arange(SAMPLED))
+    assert_array_equal(interior.spread(np.arange(SAMPLED, dtype=np.int64)), np.arange(SAMPLED, dtype=np.int64))
 
 
 def test_it_can_be_cancelled_and_refuses_what_is_not_built() -> None:

@@ -60,7 +60,7 @@ def in_texels(uv: np.ndarray, width: int, height: int) -> np.ndarray:
 
 def by_clipping(uv: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Owners, the sum of all coverages, and the owners' own, each (H, W)."""
-    owner = np.full((height, width), -1)
+    owner = np.full((height, width), -1, dtype=np.int64)
     best, total = np.zeros((height, width)), np.zeros((height, width))
     for index, corners in enumerate(in_texels(uv, width, height)):
         low = np.clip(np.floor(corners.min(axis=0)).astype(int), 0, (width, height))
@@ -117,7 +117,7 @@ def test_threads_do_not_matter(threads: int) -> None:
 def fan(cells: int, seed: int) -> np.ndarray:
     """(T, 3, 2): the unit square in jittered cells of two triangles each, exactly edge to edge."""
     rng = np.random.default_rng(seed)
-    knots = np.stack(np.meshgrid(*[np.arange(cells + 1.0)] * 2), axis=-1)
+    knots = np.stack(np.meshgrid(*[np.arange(cells + 1.0, dtype=np.int64)] * 2), axis=-1)
     knots[1:-1, 1:-1] += rng.uniform(-0.15, 0.15, (cells - 1, cells - 1, 2))
     knots = (knots / cells).astype(np.float32)
     a, b, c, d = knots[:-1, :-1], knots[:-1, 1:], knots[1:, 1:], knots[1:, :-1]
@@ -222,8 +222,8 @@ def test_an_already_cancelled_rasterization_ends() -> None:
 def test_owners_by_centre_are_the_last_triangles_over_a_point(size: tuple[int, int]) -> None:
     width, height = size
     uv = random_triangles(9, 60)
-    expected = np.full((height, width), -1)
-    column, row = np.meshgrid(np.arange(width), np.arange(height))
+    expected = np.full((height, width), -1, dtype=np.int64)
+    column, row = np.meshgrid(np.arange(width, dtype=np.int64), np.arange(height, dtype=np.int64))
     point = np.stack([(column + 0.501) / width, 1 - (row + 1 - 0.502) / height], axis=-1)
     for index, (a, b, c) in enumerate(uv.astype(np.float64)):
         sides = [
@@ -277,7 +277,7 @@ def test_surface_points_lie_on_the_surface() -> None:
 @pytest.mark.parametrize(("side", "told"), [(8, True), (16, True), (128, False)])
 def test_an_image_too_small_for_its_triangles_is_told(side: int, told: bool) -> None:
     """A net of 2 x 32 x 32 triangles: in an image of fewer texels than that most have none."""
-    x, y = np.meshgrid(np.arange(32) / 32, np.arange(32) / 32)
+    x, y = np.meshgrid(np.arange(32, dtype=np.int64) / 32, np.arange(32, dtype=np.int64) / 32)
     low = np.stack([x.ravel(), y.ravel()], axis=-1)
     corners = [low + np.array(shift) / 32 for shift in ((0, 0), (1, 0), (1, 1), (0, 1))]
     uv = np.concatenate([np.stack([corners[0], corners[i], corners[i + 1]], axis=1) for i in (1, 2)])

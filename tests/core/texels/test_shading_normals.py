@@ -159,7 +159,7 @@ def test_it_can_be_cancelled(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_filter_knows_what_normals_explain(filtered: bool) -> None:
     """On an open floor AO is linear in the normal: with it a fit leaves a quarter of the noise."""
     scene, mesh = floor()
-    v, u = (np.indices((64, 64)) + 0.5) / 64
+    v, u = (np.indices((64, 64), dtype=np.int64) + 0.5) / 64
     vectors = np.stack([0.6 * np.sin(12 * np.pi * u), 0.6 * np.sin(16 * np.pi * v), np.ones_like(u)], axis=2)
     vectors /= np.linalg.norm(vectors, axis=2, keepdims=True)
     made = baked(mapped(scene, [layer(mesh, vectors, linear=False)]), width=64, height=64, rays=16, filtered=filtered)

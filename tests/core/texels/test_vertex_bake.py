@@ -29,7 +29,7 @@ def test_three_texels_of_a_cell_belong_to_its_triangle(count: int) -> None:
     apart, (width, height) = with_corner_cells(shapes.scene(mesh)), corner_image(count)
     assert width * height >= 4 * count
     owner = rasterize("some", apart.targets[0].mesh.uv, width, height).owner
-    assert np.array_equal(np.bincount(owner[owner >= 0], minlength=count), np.full(count, 3))
+    assert np.array_equal(np.bincount(owner[owner >= 0], minlength=count), np.full(count, 3, dtype=np.int64))
     assert np.all(owner[1::2, 1::2] == -1)
 
 
@@ -44,7 +44,7 @@ def test_values_are_right_to_the_size_of_a_face() -> None:
     knots = np.linspace(-2.0, 2.0, cells + 1)
     x, y = np.meshgrid(knots, knots)
     vertices = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1).astype(np.float32)
-    corner = (np.arange(cells)[:, None] * (cells + 1) + np.arange(cells)).ravel()
+    corner = (np.arange(cells, dtype=np.int64)[:, None] * (cells + 1) + np.arange(cells, dtype=np.int64)).ravel()
     quads = np.stack([corner, corner + 1, corner + cells + 2, corner + cells + 1], axis=1)
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]).astype(np.int32)
     floor = Mesh("floor", vertices, triangles)
@@ -71,7 +71,7 @@ def test_fine_cells_have_the_same_parts(side: int) -> None:
     middle third beyond a half in the second's, 1/6 in the third's. Texels are no points."""
     cells = FineCells(5, side)
     width, height = cells.size
-    rising = np.tile((np.arange(width) % side + 0.5) / side, (height, 1)).astype(np.float32)
+    rising = np.tile((np.arange(width, dtype=np.int64) % side + 0.5) / side, (height, 1)).astype(np.float32)
     parts = cells.parts(rising, np.ones_like(rising, dtype=np.bool_))
     assert parts.shape == (5, 3)
     np.testing.assert_allclose(parts, [[1 / 4, 2 / 3, 1 / 6]] * 5, atol=0.5 / side**2)

@@ -12,11 +12,11 @@ from .polygon_mesh import PolygonMesh, copies, joined, net, net_faces, of_faces,
 
 def fins(pages: int, rows: int = 3) -> PolygonMesh:
     """Sheets of quads that share one edge line, as the pages of a book do."""
-    turn = 2.0 * np.pi * np.arange(pages) / pages
-    spine = np.stack([np.zeros(rows + 1), np.zeros(rows + 1), np.arange(rows + 1.0)], axis=1)
+    turn = 2.0 * np.pi * np.arange(pages, dtype=np.int64) / pages
+    spine = np.stack([np.zeros(rows + 1), np.zeros(rows + 1), np.arange(rows + 1.0, dtype=np.int64)], axis=1)
     edge = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
     vertices = np.concatenate([spine, (edge[:, None] + spine).reshape(-1, 3)])
-    page, row = np.divmod(np.arange(pages * rows), rows)
+    page, row = np.divmod(np.arange(pages * rows, dtype=np.int64), rows)
     outer = rows + 1 + page * (rows + 1) + row
     return of_faces(vertices, np.stack([row, outer, outer + 1, row + 1], axis=1))
 
@@ -25,12 +25,12 @@ def t_junctions(cells: int) -> PolygonMesh:
     """A row of large quads beside a row of small ones that share only every other corner with it."""
     big = np.array([[(2 * c, 0, 0), (2 * c + 2, 0, 0), (2 * c + 2, 2, 0), (2 * c, 2, 0)] for c in range(cells)])
     small = np.array([[(c, 2, 0), (c + 1, 2, 0), (c + 1, 3, 0.5), (c, 3, 0.5)] for c in range(2 * cells)])
-    return joined([copies(big, np.arange(4)), copies(small, np.arange(4))])
+    return joined([copies(big, np.arange(4, dtype=np.int64)), copies(small, np.arange(4, dtype=np.int64))])
 
 
 def bow_tie(cells: int) -> PolygonMesh:
     """Two sheets joined in a vertex."""
-    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0))
+    x, y = np.meshgrid(np.arange(cells + 1.0, dtype=np.int64), np.arange(cells + 1.0, dtype=np.int64))
     sheet = np.stack([x, y, 0.1 * np.sin(x) * np.sin(y)], axis=-1).reshape(-1, 3)
     count = len(sheet)
     faces = net_faces(cells + 1, cells + 1)
@@ -40,7 +40,7 @@ def bow_tie(cells: int) -> PolygonMesh:
 
 def moebius(steps: int, rows: int = 2, width: float = 0.4) -> PolygonMesh:
     """A strip that has one side."""
-    turn = 2.0 * np.pi * np.arange(steps) / steps
+    turn = 2.0 * np.pi * np.arange(steps, dtype=np.int64) / steps
     across = np.linspace(-width, width, rows + 1)[:, None]
     reach = 1.0 + across * np.cos(0.5 * turn)
     points = np.stack([reach * np.cos(turn), reach * np.sin(turn), across * np.sin(0.5 * turn)], axis=-1)
@@ -49,7 +49,10 @@ def moebius(steps: int, rows: int = 2, width: float = 0.4) -> PolygonMesh:
 
 def klein(steps: int, around: int = 12) -> PolygonMesh:
     """Klein's bottle as a figure of eight turned about itself: closed, with one side, through itself."""
-    turn, roll = 2.0 * np.pi * np.arange(steps) / steps, 2.0 * np.pi * np.arange(around)[:, None] / around
+    turn, roll = (
+        2.0 * np.pi * np.arange(steps, dtype=np.int64) / steps,
+        2.0 * np.pi * np.arange(around, dtype=np.int64)[:, None] / around,
+    )
     reach = 2.0 + np.cos(0.5 * turn) * np.sin(roll) - np.sin(0.5 * turn) * np.sin(2.0 * roll)
     height = np.sin(0.5 * turn) * np.sin(roll) + np.cos(0.5 * turn) * np.sin(2.0 * roll)
     points = np.stack([reach * np.cos(turn), reach * np.sin(turn), height], axis=-1)
@@ -63,8 +66,8 @@ def needles(count: int, seed: int, thin: float = 1e-4) -> PolygonMesh:
     width = 10.0 ** np.random.default_rng(seed).uniform(-8.0, 0.0, count)
     corners = np.zeros((count, 3, 3))
     corners[:, 1, 0], corners[:, 2, 1] = 1.0, width
-    corners[..., 2] = 0.5 + np.arange(count)[:, None]
-    return joined([strip, copies(corners, np.arange(3))])
+    corners[..., 2] = 0.5 + np.arange(count, dtype=np.int64)[:, None]
+    return joined([strip, copies(corners, np.arange(3, dtype=np.int64))])
 
 
 def one_triangle() -> PolygonMesh:
@@ -108,7 +111,7 @@ def _with_holes(mesh: PolygonMesh, chosen: Ints) -> PolygonMesh:
 
 def _with(mesh: PolygonMesh, triangles: Ints) -> PolygonMesh:
     """With more triangles, each a polygon."""
-    more = int(mesh.polygons.max()) + 1 + np.arange(len(triangles))
+    more = int(mesh.polygons.max()) + 1 + np.arange(len(triangles), dtype=np.int64)
     return PolygonMesh(
         mesh.vertices,
         np.concatenate([mesh.triangles, triangles]).astype(np.int32),
@@ -121,7 +124,7 @@ def _closed_with_a_flip(points: Doubles, close_rows: bool = False) -> PolygonMes
     rows, columns = points.shape[:2]
     faces = net_faces(rows, columns, close_rows, close_columns=True)
     row, column = np.divmod(faces, columns)
-    first = np.arange(len(faces)) % columns == columns - 1
+    first = np.arange(len(faces), dtype=np.int64) % columns == columns - 1
     flipped = first[:, None] & (column == 0)
     mirrored = (-row) % rows if close_rows else rows - 1 - row
     return of_faces(points, np.where(flipped, mirrored * columns, faces))

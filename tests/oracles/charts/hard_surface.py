@@ -39,7 +39,7 @@ def stairs(steps: int, width: float = 3.0) -> PolygonMesh:
         quads.append([(x0, 0, low), (x0, 0, high), (x0, width, high), (x0, width, low)])
         quads.append([(x0, 0, 0), (x1, 0, 0), (x1, 0, high), (x0, 0, high)])
         quads.append([(x0, width, 0), (x0, width, high), (x1, width, high), (x1, width, 0)])
-    return welded(copies(quads, np.arange(4)))
+    return welded(copies(quads, np.arange(4, dtype=np.int64)))
 
 
 def plate(holes: int, sides: int = 16, thickness: float = 0.2) -> PolygonMesh:
@@ -52,7 +52,7 @@ def plate(holes: int, sides: int = 16, thickness: float = 0.2) -> PolygonMesh:
         bottom = turned_over(net(_lifted([outer, inner], [0.0, 0.0]), close_columns=True))
         wall = net(_lifted([inner, inner], [thickness, 0.0]), close_columns=True)
         parts += [top, bottom, wall]
-    edge = np.arange(sides // 4)
+    edge = np.arange(sides // 4, dtype=np.int64)
     for number in range(holes):  # the rim, a side of a cell at a time
         for side, at in enumerate([(number, 0), (holes - 1, number), (number, holes - 1), (0, number)]):
             run = (square + np.array(at, np.float64))[(side * sides // 4 + np.append(edge, edge[-1] + 1)) % sides]
@@ -62,8 +62,8 @@ def plate(holes: int, sides: int = 16, thickness: float = 0.2) -> PolygonMesh:
 
 def gear(teeth: int, thickness: float = 0.4, bore: float = 0.35) -> PolygonMesh:
     """A toothed wheel with a bore, all of quads."""
-    turn = 2.0 * np.pi * np.arange(4 * teeth) / (4 * teeth)
-    reach = np.where(np.arange(4 * teeth) % 4 < 2, 1.0, 1.0 - 2.0 / teeth)
+    turn = 2.0 * np.pi * np.arange(4 * teeth, dtype=np.int64) / (4 * teeth)
+    reach = np.where(np.arange(4 * teeth, dtype=np.int64) % 4 < 2, 1.0, 1.0 - 2.0 / teeth)
     circle = np.stack([np.cos(turn), np.sin(turn)], axis=1)
     outer, inner = reach[:, None] * circle, bore * circle
     rows = [outer, outer, inner, inner]
@@ -72,9 +72,9 @@ def gear(teeth: int, thickness: float = 0.4, bore: float = 0.35) -> PolygonMesh:
 
 def prism(sides: int, height: float = 1.0) -> PolygonMesh:
     """A closed prism: two n-gons, and quads around."""
-    turn = 2.0 * np.pi * np.arange(sides) / sides
+    turn = 2.0 * np.pi * np.arange(sides, dtype=np.int64) / sides
     outline = np.stack([np.cos(turn), np.sin(turn)], axis=1)
-    here, after = np.arange(sides), (np.arange(sides) + 1) % sides
+    here, after = np.arange(sides, dtype=np.int64), (np.arange(sides, dtype=np.int64) + 1) % sides
     around = np.stack([here, after, after + sides, here + sides], axis=1)
     return of_faces(_lifted([outline, outline], [0.0, height]), np.stack([here[::-1], here + sides]), around)
 
@@ -94,7 +94,7 @@ def _bevel_lines(half: float, radius: float, segments: int) -> Doubles:
     """Where the lines across a side lie: crowded at the bevels, so that these turn by equal angles."""
     if segments == 0:
         return np.array([-half, half])
-    inset = radius * (1.0 - np.tan(0.25 * np.pi * np.arange(segments + 1) / segments)[::-1])
+    inset = radius * (1.0 - np.tan(0.25 * np.pi * np.arange(segments + 1, dtype=np.int64) / segments)[::-1])
     lines: Doubles = np.concatenate([-half + inset, half - inset[::-1]])
     return lines
 
@@ -110,10 +110,10 @@ def _rounded(points: Doubles, half: Doubles, radius: float) -> Doubles:
 def _square_and_circle(sides: int) -> tuple[Doubles, Doubles]:
     """(sides, 2) each: points around a unit square from its lower left corner, and around a hole in its middle."""
     quarter = sides // 4
-    run = np.arange(quarter) / quarter
+    run = np.arange(quarter, dtype=np.int64) / quarter
     corner, way = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]), np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
     square = (corner[:, None] + run[:, None] * way[:, None]).reshape(-1, 2)
-    turn = 1.25 * np.pi + 2.0 * np.pi * np.arange(sides) / sides
+    turn = 1.25 * np.pi + 2.0 * np.pi * np.arange(sides, dtype=np.int64) / sides
     return square, 0.5 + 0.3 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
 
 

@@ -122,7 +122,7 @@ def charts_of(mesh: PolygonMesh, uv: Reals) -> Longs:
 
 def _components(links: Longs) -> Longs:
     """(T,): numbers from 0 of what is connected, by what each of T things (T, k) is tied to."""
-    label = np.arange(len(links))
+    label = np.arange(len(links), dtype=np.int64)
     while True:
         least = np.full(int(links.max()) + 1, len(links))
         np.minimum.at(least, links.ravel(), np.repeat(label, links.shape[1]))

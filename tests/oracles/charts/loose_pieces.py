@@ -21,14 +21,14 @@ _VOXEL_FACES: dict[tuple[int, int, int], list[tuple[int, int, int]]] = {
 def loose_quads(count: int, seed: int, sizes: float = 1.0) -> PolygonMesh:
     """Squares in a cloud, the largest `sizes` times as large as the smallest."""
     rng = np.random.default_rng(seed)
-    return copies(_scattered(rng, np.broadcast_to(_SQUARE, (count, 4, 3)), sizes), np.arange(4))
+    return copies(_scattered(rng, np.broadcast_to(_SQUARE, (count, 4, 3)), sizes), np.arange(4, dtype=np.int64))
 
 
 def loose_triangles(count: int, seed: int, sizes: float = 4.0) -> PolygonMesh:
     """Triangles of any shape."""
     rng = np.random.default_rng(seed)
     corners = np.concatenate([rng.normal(size=(count, 3, 2)), np.zeros((count, 3, 1))], axis=2)
-    return copies(_scattered(rng, 0.5 * corners, sizes), np.arange(3))
+    return copies(_scattered(rng, 0.5 * corners, sizes), np.arange(3, dtype=np.int64))
 
 
 def leaves(count: int, seed: int, rows: int = 5, columns: int = 3, sizes: float = 3.0) -> PolygonMesh:
@@ -64,7 +64,7 @@ def voxels(side: int, seed: int, share: float = 0.4, shared: bool = False) -> Po
     for step, corners in _VOXEL_FACES.items():
         cells = np.argwhere(filled & ~np.roll(filled, tuple(-each for each in step), axis=(0, 1, 2)))
         quads.append(cells[:, None] + np.array(corners))
-    mesh = copies(np.concatenate(quads), np.arange(4))
+    mesh = copies(np.concatenate(quads), np.arange(4, dtype=np.int64))
     return welded(mesh) if shared else mesh
 
 
@@ -76,7 +76,7 @@ def soup(mesh: PolygonMesh) -> PolygonMesh:
 def checkerboard(cells: int) -> PolygonMesh:
     """The black squares of a board: flat, and joined in corners alone."""
     faces = net_faces(cells + 1, cells + 1)
-    row, column = np.divmod(np.arange(len(faces)), cells)
+    row, column = np.divmod(np.arange(len(faces), dtype=np.int64), cells)
     return of_faces(_board(cells), faces[(row + column) % 2 == 0])
 
 
@@ -85,18 +85,18 @@ def islands_on_one_point(count: int, seed: int, spread: float = 0.0) -> PolygonM
     rng = np.random.default_rng(seed)
     square = np.broadcast_to(_SQUARE, (count, 4, 3))
     turned = np.einsum("pkj,pij->pki", square, rotations(rng, count)) if spread > 0.0 else square
-    return copies(turned, np.arange(4))
+    return copies(turned, np.arange(4, dtype=np.int64))
 
 
 def fan_of_pieces(count: int, seed: int) -> PolygonMesh:
     """Triangles in all directions from one vertex, their one shared one."""
     ends = np.random.default_rng(seed).normal(size=(2 * count, 3))
-    number = 1 + 2 * np.arange(count)
+    number = 1 + 2 * np.arange(count, dtype=np.int64)
     return of_faces(np.concatenate([[(0.0, 0.0, 0.0)], ends]), np.stack([0 * number, number, number + 1], axis=1))
 
 
 def _board(cells: int) -> Doubles:
-    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0))
+    x, y = np.meshgrid(np.arange(cells + 1.0, dtype=np.int64), np.arange(cells + 1.0, dtype=np.int64))
     points: Doubles = np.stack([x, y, 0.0 * x], axis=-1).reshape(-1, 3)
     return points
 

@@ -100,7 +100,7 @@ def handles(cells: int, seed: int, count: int = 2) -> PolygonMesh:
 def with_cable(head: PolygonMesh, length: float, radius: float = 0.01, sides: int = 8) -> PolygonMesh:
     """A thin tube along y beside a head, a piece of its own in one mesh with it: two rings a unit of length."""
     rings = max(int(2.0 * length), 2) + 1
-    turn = 2.0 * np.pi * np.arange(sides) / sides
+    turn = 2.0 * np.pi * np.arange(sides, dtype=np.int64) / sides
     along = 1.0 + np.linspace(0.0, length, rings)[:, None] + 0.0 * turn
     points = [radius * np.cos(turn) + 0.0 * along, along, -0.9 + radius * np.sin(turn) + 0.0 * along]
     return joined([head, net(np.stack(points, axis=-1), close_columns=True)])
@@ -120,7 +120,9 @@ def surface_of(field: Field, low: tuple[float, ...], high: tuple[float, ...], ce
     low_, high_ = np.array(low), np.array(high)
     step = (high_[2] - low_[2]) / cells
     sides = np.maximum(np.ceil((high_ - low_) / step), 2).astype(int) + 1
-    place = low_ + step * np.stack(np.meshgrid(*(np.arange(side) for side in sides), indexing="ij"), axis=-1)
+    place = low_ + step * np.stack(
+        np.meshgrid(*(np.arange(side, dtype=np.int64) for side in sides), indexing="ij"), axis=-1
+    )
     return of_faces(*surface_net(field(place), low_, step))
 
 

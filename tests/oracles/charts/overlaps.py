@@ -93,12 +93,12 @@ def _near(corners: Doubles) -> Iterator[Longs]:
     order = np.lexsort((spans.start, spans.row))
     spans = RowSpans(*(each[order] for each in (spans.triangle, spans.row, spans.start, spans.end)))
     last = _last_reached(spans)
-    reached = last - np.arange(len(last)) - 1
+    reached = last - np.arange(len(last), dtype=np.int64) - 1
     portions = np.cumsum(reached) // _AT_ONCE
-    for some in np.split(np.arange(len(last)), np.flatnonzero(np.diff(portions)) + 1):
+    for some in np.split(np.arange(len(last), dtype=np.int64), np.flatnonzero(np.diff(portions)) + 1):
         one = np.repeat(some, reached[some])
         start = np.repeat(np.cumsum(reached[some]) - reached[some], reached[some])
-        other = one + 1 + np.arange(len(one)) - start
+        other = one + 1 + np.arange(len(one), dtype=np.int64) - start
         yield np.stack([spans.triangle[one], spans.triangle[other]], axis=1)
 
 
@@ -107,4 +107,4 @@ def _last_reached(spans: RowSpans) -> Longs:
     wide = float(spans.end.max() - spans.start.min()) + 1.0
     offset = (spans.row - spans.row.min()) * (2.0 * wide) - spans.start.min()
     after: Longs = np.searchsorted(spans.start + offset, spans.end + offset, side="left")
-    return np.maximum(after, np.arange(len(after)) + 1)
+    return np.maximum(after, np.arange(len(after), dtype=np.int64) + 1)

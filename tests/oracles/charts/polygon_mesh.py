@@ -29,9 +29,12 @@ def of_faces(vertices: ArrayLike, *faces: ArrayLike) -> PolygonMesh:
     triangles, polygons, first = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)], 0
     for each in (np.asarray(face, np.int64) for face in faces if np.size(face)):
         count, corners = each.shape
-        fan = np.stack([np.zeros(corners - 2), np.arange(1, corners - 1), np.arange(2, corners)], axis=1)
+        fan = np.stack(
+            [np.zeros(corners - 2), np.arange(1, corners - 1, dtype=np.int64), np.arange(2, corners, dtype=np.int64)],
+            axis=1,
+        )
         triangles.append(each[:, fan.astype(np.int64)].reshape(-1, 3))
-        polygons.append(first + np.repeat(np.arange(count), corners - 2))
+        polygons.append(first + np.repeat(np.arange(count, dtype=np.int64), corners - 2))
         first += count
     whole = np.concatenate(triangles).astype(np.int32), np.concatenate(polygons).astype(np.int32)
     return PolygonMesh(np.asarray(vertices, np.float64).reshape(-1, 3).astype(np.float32), *whole)
@@ -60,11 +63,11 @@ def lathe(profile: ArrayLike, sides: int) -> PolygonMesh:
     radius, height = np.asarray(profile, np.float64).T
     at_start, at_end = radius[0] == 0.0, radius[-1] == 0.0
     rings = slice(int(at_start), len(radius) - int(at_end))
-    turn = 2.0 * np.pi * np.arange(sides) / sides
+    turn = 2.0 * np.pi * np.arange(sides, dtype=np.int64) / sides
     circle = np.stack([np.cos(turn), np.sin(turn), np.zeros(sides)], axis=1)
     points = radius[rings, None, None] * circle + height[rings, None, None] * np.array([0.0, 0.0, 1.0])
     quads = net_faces(len(points), sides, close_columns=True)
-    here, after = np.arange(sides), (np.arange(sides) + 1) % sides
+    here, after = np.arange(sides, dtype=np.int64), (np.arange(sides, dtype=np.int64) + 1) % sides
     count, caps, poles = points.shape[0] * sides, [], []
     if at_start:
         caps.append(np.stack([after, here, np.full(sides, count)], axis=1))
@@ -96,7 +99,7 @@ def copies(corners: ArrayLike, faces: ArrayLike) -> PolygonMesh:
     """Loose pieces that are alike. corners: (P, k, 3). faces: (F, m) of one piece, or its one polygon (m,)."""
     points = np.asarray(corners, np.float64)
     one = np.atleast_2d(np.asarray(faces, np.int64))
-    first = np.arange(len(points))[:, None, None] * points.shape[1]
+    first = np.arange(len(points), dtype=np.int64)[:, None, None] * points.shape[1]
     return of_faces(points, (first + one).reshape(-1, one.shape[1]))
 
 

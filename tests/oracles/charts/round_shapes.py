@@ -28,7 +28,10 @@ def ring(sides: int, inner: float = 0.5) -> PolygonMesh:
 
 def torus(sides: int, around: int, thickness: float = 0.3) -> PolygonMesh:
     """sides: along the ring of radius 1. around: about its section."""
-    turn, roll = 2.0 * np.pi * np.arange(sides) / sides, 2.0 * np.pi * np.arange(around)[:, None] / around
+    turn, roll = (
+        2.0 * np.pi * np.arange(sides, dtype=np.int64) / sides,
+        2.0 * np.pi * np.arange(around, dtype=np.int64)[:, None] / around,
+    )
     reach = 1.0 + thickness * np.cos(roll)
     points = [reach * np.cos(turn), reach * np.sin(turn), thickness * np.sin(roll) + 0.0 * turn]
     return net(np.stack(points, axis=-1), close_rows=True, close_columns=True)
@@ -36,7 +39,7 @@ def torus(sides: int, around: int, thickness: float = 0.3) -> PolygonMesh:
 
 def dome(sides: int, rows: int = 8) -> PolygonMesh:
     """A hemisphere, open below."""
-    rise = 0.5 * np.pi * np.arange(rows + 1) / rows
+    rise = 0.5 * np.pi * np.arange(rows + 1, dtype=np.int64) / rows
     profile = np.stack([np.cos(rise), np.sin(rise)], axis=1)
     profile[-1] = (0.0, 1.0)
     return lathe(profile, sides)
@@ -44,7 +47,10 @@ def dome(sides: int, rows: int = 8) -> PolygonMesh:
 
 def sphere(columns: int = 24, rows: int = 12) -> PolygonMesh:
     """Of quads; those at the poles have two corners in one place, so half of each has no area."""
-    rise, turn = np.pi * np.arange(rows + 1) / rows, 2.0 * np.pi * np.arange(columns) / columns
+    rise, turn = (
+        np.pi * np.arange(rows + 1, dtype=np.int64) / rows,
+        2.0 * np.pi * np.arange(columns, dtype=np.int64) / columns,
+    )
     ring = np.sin(rise)[:, None]
     points = np.stack([ring * np.cos(turn), ring * np.sin(turn), -np.cos(rise)[:, None] + 0.0 * turn], axis=-1)
     points[0], points[-1] = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
@@ -53,7 +59,7 @@ def sphere(columns: int = 24, rows: int = 12) -> PolygonMesh:
 
 def capsule(sides: int, rows: int = 6, length: float = 2.0) -> PolygonMesh:
     """A tube of radius 1 with a dome on either end."""
-    rise = 0.5 * np.pi * np.arange(rows + 1) / rows
+    rise = 0.5 * np.pi * np.arange(rows + 1, dtype=np.int64) / rows
     upper = np.stack([np.cos(rise), np.sin(rise) + 0.5 * length], axis=1)
     upper[-1] = (0.0, 1.0 + 0.5 * length)
     return lathe(np.concatenate([upper[::-1] * (1.0, -1.0), upper]), sides)
@@ -67,7 +73,7 @@ def spring(sides: int, turns: float = 4.0, steps: int = 24, wire: float = 0.12, 
     binormal = np.concatenate([-climb * np.sin(angle), climb * np.cos(angle), -np.ones_like(angle)], axis=1)
     binormal /= np.hypot(1.0, climb)
     middle = outward + climb * angle * np.array([0.0, 0.0, 1.0])
-    roll = 2.0 * np.pi * np.arange(sides)[:, None] / sides
+    roll = 2.0 * np.pi * np.arange(sides, dtype=np.int64)[:, None] / sides
     section = np.cos(roll) * outward[:, None] + np.sin(roll) * binormal[:, None]
     return net(middle[:, None] + wire * section, close_columns=True)
 
@@ -90,7 +96,7 @@ def round_parts(sides: int) -> PolygonMesh:
 
 def _with_ends(side: PolygonMesh, sides: int, top: bool = False, bottom: bool = False) -> PolygonMesh:
     """n-gons over the first and the last ring of a lathed tube; they share its vertices."""
-    around, rings = np.arange(sides), len(side.vertices) // sides
+    around, rings = np.arange(sides, dtype=np.int64), len(side.vertices) // sides
     caps: list[Longs] = []
     if bottom:
         caps.append(around[::-1])

@@ -32,8 +32,8 @@ def row_spans(corners: Doubles, height: float = 1.0, within: float = 0.0) -> Row
     first, last = np.floor(low / height).astype(np.int64), np.ceil(high / height).astype(np.int64) - 1
     last = np.maximum(first, last)
     count = last - first + 1
-    triangle = np.repeat(np.arange(len(corners)), count)
-    row = np.repeat(first - np.cumsum(count) + count, count) + np.arange(len(triangle))
+    triangle = np.repeat(np.arange(len(corners), dtype=np.int64), count)
+    row = np.repeat(first - np.cumsum(count) + count, count) + np.arange(len(triangle), dtype=np.int64)
     bottom = np.maximum(row * height, low[triangle])
     top = np.minimum((row + 1) * height, high[triangle])
     start, end = np.full(len(triangle), np.inf), np.full(len(triangle), -np.inf)

@@ -23,7 +23,7 @@ def touched(corners: Doubles, chart: Longs, width: int, height: int) -> tuple[Lo
     first[short] = last[short] = np.floor(0.5 * (spans.start + spans.end)[short])
     first, last = np.clip(first, 0, width - 1), np.clip(last, 0, width - 1)
     count = last - first + 1
-    column = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum())
+    column = np.repeat(first - np.cumsum(count) + count, count) + np.arange(count.sum(), dtype=np.int64)
     row = np.repeat(np.clip(spans.row, 0, height - 1), count)
     owner = np.repeat(chart[spans.triangle], count)
     image = np.full((height, width), _NONE, np.int64)

@@ -47,7 +47,7 @@ def _strips() -> Mesh:
                 corners = np.array([(*foot[0], -half), (*foot[1], -half), (*foot[1], half), (*foot[0], half)])
                 sheets.append(corners[::-1] if flip else corners)
     count = len(sheets)
-    starts = (np.arange(count) + 0.45) / count
+    starts = (np.arange(count, dtype=np.int64) + 0.45) / count
     uv = starts[:, None, None] * np.array([1.0, 0.0]) + UNIT_SQUARE * np.array([0.1 / 64, 0.8]) + np.array([0, 0.1])
     return quads(np.stack(sheets), uv, "strips")
 

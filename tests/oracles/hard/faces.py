@@ -149,11 +149,11 @@ PAGES, PAGE_WIDTH = 12, 400.0
 
 def _fan() -> Scene:
     """Twelve pages on one edge, the edge's two vertices shared by all of them."""
-    turn = 2 * np.pi * np.arange(PAGES) / PAGES
+    turn = 2 * np.pi * np.arange(PAGES, dtype=np.int64) / PAGES
     ends = np.stack([np.cos(turn), np.zeros(PAGES), np.sin(turn)], axis=-1)
     half = np.array([0, 0.5 * PAGE_WIDTH, 0])
     corners = np.concatenate([[-half, half], ends - half, ends + half])
-    i = np.arange(PAGES)
+    i = np.arange(PAGES, dtype=np.int64)
     faces = np.stack([np.zeros_like(i), i + 2, i + 2 + PAGES, np.ones_like(i)], axis=1).astype(np.int32)
     uv = np.stack([in_cell(UNIT_SQUARE, cell, 0.06) for cell in grid_cells(4, 3)])
     return scene(quads(corners, uv, "pages", faces), under=skewed((1, 2, 3)))

@@ -36,7 +36,7 @@ def seam_edges(mesh: Mesh) -> Doubles:
 def jumps(edges: Doubles, image: Floats, covered: Flags) -> Doubles:
     """The first side less the second, at points along every edge: (E * POINTS,) float64."""
     filled = fill_margin(image.astype(np.float32), covered, MARGIN)
-    share = (np.arange(POINTS) + 0.5) / POINTS
+    share = (np.arange(POINTS, dtype=np.int64) + 0.5) / POINTS
     along = edges[:, :, None, 0] + share[:, None] * (edges[:, :, None, 1] - edges[:, :, None, 0])
     values = bilinear(filled, along)
     return (values[:, 0] - values[:, 1]).reshape(-1)
