@@ -167,7 +167,9 @@ def furnish(system: Windows) -> None:
     folders = (ours, library, blender(system), others(system))
     site = Path(system.python[-1]).parent / "Lib" / "site-packages"
     site.mkdir(exist_ok=True)
-    (site / "occlusion_bake.pth").write_text("".join(f"{system.seen(folder)}\n" for folder in folders), encoding="utf-8")
+    (site / "occlusion_bake.pth").write_text(
+        "".join(f"{system.seen(folder)}\n" for folder in folders), encoding="utf-8"
+    )
 
 
 def unpacked(wheels: Path, folder: Path) -> Path:

@@ -18,7 +18,7 @@ from typing import Any, TextIO
 
 import bpy
 
-from ...core.base.atomic_file import check_writable, refusal, replacing
+from ...core.base.atomic_file import check_writable, leads_to, refusal, replacing
 from ...core.base.errors import Cancelled, InputError
 from ...core.charts.udim import Udim
 from ...core.finish.baked import Baked
@@ -236,12 +236,12 @@ def _check_apart(options: Any, scene_file: str | Path) -> None:
     """Each of the named files is its own: the last to be written would be all that is left. Raises InputError."""
     if options.report and options.report.suffix.lower() in SUFFIXES:
         raise InputError(f"--report {options.report}: it is no image; end its name in .json")
-    taken = {Path(scene_file).resolve()} if scene_file else set()
+    taken = {leads_to(Path(scene_file))} if scene_file else set()
     into = options.into[0] if options.into else None
     for path in filter(None, (options.report, options.coverage, into)):
-        if path.resolve() in taken:
+        if leads_to(path) in taken:
             raise InputError(f"{path}: it is the scene, or another option's file, too; give each a file of its own")
-        taken.add(path.resolve())
+        taken.add(leads_to(path))
 
 
 def _all_meshes(view_layer: bpy.types.ViewLayer) -> list[BlockRef]:
@@ -372,7 +372,7 @@ def _save_charts(outcome: Outcome, options: Any) -> None:
         return
     source = Path(getattr(options, "file", None) or bpy.data.filepath or "scene")
     folder = options.into[0].parent if options.into else options.folder
-    path = folder.resolve() / f"{clean_name(source.stem + '_charts')}.blend"
+    path = leads_to(folder) / f"{clean_name(source.stem + '_charts')}.blend"
     _save_copy(path, "new UV maps")
     outcome.notes.append(f"a copy of the scene with the new UV maps is {path}")
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import bpy
 
+from ...core.base.atomic_file import leads_to
 from ...core.base.errors import InputError
 from ..job.stop_signals import STOPPING, interrupted_by
 from ..operator_errors import cause_of
@@ -32,7 +33,7 @@ def load(path: Path) -> None:
     kind = path.suffix.lower()
     if kind != ".blend" and kind not in _IMPORTERS:
         raise InputError(f"{path}: unknown kind of file; give .blend, {', '.join(_IMPORTERS)}")
-    absolute = str(path.resolve())
+    absolute = str(leads_to(path))
     try:
         with interrupted_by(STOPPING):
             _read(absolute, kind)

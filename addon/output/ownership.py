@@ -16,6 +16,7 @@ from typing import Any
 
 import bpy
 
+from ...core.base.atomic_file import leads_to
 from ...core.finish.map_images import title
 from ...core.finish.report import Json, first_of
 from ..read.block_ref import Renewal, find, stored
@@ -138,7 +139,7 @@ def _given(held: _Held, renewal: Renewal) -> Json | None:
 
 
 def _files_of(image: bpy.types.Image) -> list[Path]:
-    path = Path(bpy.path.abspath(image.filepath, library=image.library)).resolve()
+    path = leads_to(Path(bpy.path.abspath(image.filepath, library=image.library)))
     tiles = [tile.number for tile in image.tiles] if image.source == "TILED" else [0]
     return [path.with_name(path.name.replace("<UDIM>", str(number))) for number in tiles]
 

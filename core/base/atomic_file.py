@@ -14,6 +14,7 @@ from pathlib import Path
 from .errors import InputError
 from .foreign_text import one_line
 
+_LONGEST_NAME = 255  # on every disk; bytes on some, units of UTF-16 on others
 _CURES = {
     errno.ENOENT: "create the folder or choose another",
     errno.ENOTDIR: "choose a folder, not a file, to write into",
@@ -41,6 +42,8 @@ def check_writable(folder: Path | str) -> None:
 def check_place(path: Path) -> None:
     """Refuse a place that no file may take: of a folder, a device, a pipe, or of a name that cannot be. Raises
     InputError."""
+    if len(path.name) > _LONGEST_NAME:  # of which Windows says no more than that it is not there
+        raise InputError(f"{path}: this name is too long; choose a shorter name")
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
@@ -53,8 +56,11 @@ def check_place(path: Path) -> None:
 
 
 def leads_to(path: Path) -> Path:
-    """The file that a symbolic link leads to, be it there or not; of another path itself."""
-    return Path(os.path.realpath(path))  # unlike Path.resolve, it takes links that lead in a circle
+    """The file that a symbolic link leads to, be it there or not; of another path itself. Absolute."""
+    try:
+        return Path(os.path.realpath(path))  # unlike Path.resolve, it takes links that lead in a circle
+    except OSError:  # Windows does not follow paths of any length
+        return path.absolute()
 
 
 def beside(path: Path) -> Path:

@@ -10,5 +10,5 @@ from pathlib import Path
 @cache
 def version() -> str:
     """Of the extension, as "1.2.3"."""
-    manifest = Path(__file__).resolve().parents[2] / "blender_manifest.toml"
+    manifest = Path(__file__).absolute().parents[2] / "blender_manifest.toml"
     return str(tomllib.loads(manifest.read_text(encoding="utf-8"))["version"])

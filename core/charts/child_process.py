@@ -46,7 +46,8 @@ importlib.import_module(package + ".core.charts.unwrap_process").answer()
 # InputError's line; why it makes none, and a traceback.
 _REACHED, _DONE, _REFUSED, _UNABLE = "reached", "done", "refused", "unable"
 TOO_LITTLE = "there is too little memory to make them"
-_CRASHED = 0x80000000  # on Windows: the first of the statuses of processes that crashed
+# On Windows: the status of a process that the C library's abort has ended, and the first of those that crashed.
+_ABORTED, _CRASHED = 3, 0x80000000
 _COMPLAINT = 1 << 16  # bytes that are kept of what it writes to stderr, from the end
 
 
@@ -209,6 +210,8 @@ def _last_of(pipe: IO[bytes]) -> str:
 
 def _violent_end(status: int) -> str | None:
     """How a process was ended that did not end by itself."""
+    if sys.platform == "win32" and status == _ABORTED:
+        return "was ended (abort)"
     if status < 0:
         why = ", as systems do that run out of memory" if status == -signal.SIGKILL else ""
         return f"was ended ({signal.strsignal(-status)}{why})"

@@ -29,7 +29,7 @@ class Folder:
     def __post_init__(self) -> None:
         check_format(self.format, self.depth)
         check_writable(self.path)
-        self.path = self.path.resolve()
+        self.path = leads_to(self.path)
 
     def write(self, baked: Baked, asked: Metadata, stem: str) -> dict[str, Path]:
         """Write every map of an object; returns the paths by map. asked: what was, for their description. stem: the
@@ -84,7 +84,7 @@ def whole_path(text: str, scene_file: str | Path) -> Path:
             raise InputError(
                 f"{text}: // is the folder of the .blend file, which is not saved; save it or give a full path"
             )
-        path = Path(scene_file).resolve().parent.joinpath(text.lstrip("/"))
+        path = leads_to(Path(scene_file)).parent.joinpath(text.lstrip("/"))
     whole = leads_to(path)
     check_utf8(whole)
     return whole

@@ -50,8 +50,8 @@ def _uv_triangles(mesh: bpy.types.Mesh) -> Doubles:
 def _hits(triangles: Doubles, size: int) -> NDArray[np.int64]:
     """(size, size): in how many triangles each texel centre lies, clear of their edges."""
     corners = triangles * size - 0.5
-    low = np.maximum(np.ceil(corners.min(axis=1)).astype(int), 0)
-    sides = np.minimum(np.floor(corners.max(axis=1)).astype(int), size - 1) - low + 1
+    low = np.maximum(np.ceil(corners.min(axis=1)).astype(np.int64), 0)
+    sides = np.minimum(np.floor(corners.max(axis=1)).astype(np.int64), size - 1) - low + 1
     count = np.zeros((size, size), dtype=np.int64)
     for width, height in np.unique(sides[(sides > 0).all(axis=1)], axis=0):  # most are small, and many of one size
         alike = (sides == (width, height)).all(axis=1)

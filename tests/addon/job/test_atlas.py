@@ -66,7 +66,7 @@ def test_charts_of_all_lie_side_by_side_by_their_size_in_the_world(uv: str, sett
     assert bake_onto("One", "Two", "Three") == {"FINISHED"}
     assert [layer.name for obj in objects for layer in obj.data.uv_layers] == [ATLAS_MAP] * 3
     masks = [covered(obj, ATLAS_MAP) for obj in objects]
-    assert all(mask.any() for mask in masks) and int(sum(mask.astype(int) for mask in masks).max()) == 1
+    assert all(mask.any() for mask in masks) and int(sum(mask.astype(np.int64) for mask in masks).max()) == 1
     areas = [area(layout(obj, ATLAS_MAP)) for obj in objects]
     np.testing.assert_allclose(areas, np.array([1.0, 4.0, 1.0]) * areas[0], rtol=1e-2)
     assert [image.name for image in bpy.data.images if "AO" in image.name] == ["Set AO"]

@@ -47,7 +47,7 @@ def test_a_ragged_border_becomes_short() -> None:
     )
     middle = mesh.corners.mean(axis=1)
     tooth = np.random.default_rng(2).integers(-2, 3, 40)
-    label = (middle[:, 0] > 20 + tooth[np.floor(middle[:, 1]).astype(int)]).astype(np.int64)
+    label = (middle[:, 0] > 20 + tooth[np.floor(middle[:, 1]).astype(np.int64)]).astype(np.int64)
     chart = settled(mesh, label, free(mesh))
     assert chart.max() == 1
     assert border_length(mesh, chart) < 1.25 * 40 < 0.6 * border_length(mesh, label)

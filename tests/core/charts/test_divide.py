@@ -24,7 +24,9 @@ class Chart:
 
     @staticmethod
     def of(mesh: PolygonMesh) -> Chart:
-        return Chart(connected(mesh.vertices.astype(float), mesh.triangles.astype(np.int64), mesh.polygons.astype(int)))
+        return Chart(
+            connected(mesh.vertices.astype(float), mesh.triangles.astype(np.int64), mesh.polygons.astype(np.int64))
+        )
 
     def only(self, kept: Any) -> Chart:
         return Chart(self.mesh.part(np.flatnonzero(kept)))

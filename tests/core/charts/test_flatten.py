@@ -49,7 +49,7 @@ def dome(sides: int, rings: int) -> Mesh:
     beside = here + 1 - sides * (here % sides == 0)
     top = np.stack(
         [
-            np.zeros(sides, int),
+            np.zeros(sides, np.int64),
             1 + np.arange(sides, dtype=np.int64),
             1 + (np.arange(sides, dtype=np.int64) + 1) % sides,
         ],

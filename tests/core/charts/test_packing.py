@@ -211,7 +211,7 @@ def test_what_has_no_area_lies_in_the_image() -> None:
         assert padding == 2
         lengths = sides(layout * (40, 30))
         assert np.allclose(lengths * sides(uv).max(), sides(uv) * lengths.max(), atol=1e-9)
-    assert packed(np.zeros((0, 3, 2)), np.zeros(0, int), (40, 30), 2)[0].shape == (0, 3, 2)
+    assert packed(np.zeros((0, 3, 2)), np.zeros(0, np.int64), (40, 30), 2)[0].shape == (0, 3, 2)
 
 
 def test_triangles_on_one_another_and_mirrored_ones_are_given_room() -> None:

@@ -42,7 +42,7 @@ def tube(sides: int, rings: int = 2) -> Shape:
 def cone(sides: int) -> Shape:
     points = np.concatenate([[[0.0, 0.0, 1.5]], np.c_[turn(sides), np.zeros(sides)]])
     here = np.arange(sides, dtype=np.int64)
-    return sized(points, np.stack([np.zeros(sides, int), here + 1, (here + 1) % sides + 1], axis=1))
+    return sized(points, np.stack([np.zeros(sides, np.int64), here + 1, (here + 1) % sides + 1], axis=1))
 
 
 def can(sides: int) -> Shape:
@@ -306,7 +306,7 @@ def test_the_same_again_and_at_another_scale() -> None:
 
 
 def test_no_triangles() -> None:
-    result = simplify((np.zeros((3, 3)), np.zeros((0, 3), int)))
+    result = simplify((np.zeros((3, 3)), np.zeros((0, 3), np.int64)))
     assert len(result.root) == len(result.triangles) == len(result.survivors) == 0
 
 

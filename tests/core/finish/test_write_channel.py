@@ -84,7 +84,7 @@ def test_dither_keeps_the_mean(tmp_path: Path) -> None:
     grey = np.full((8, 12), 100.25 / 255, dtype=np.float32)
     write_channel(tmp_path / "a.png", grey, "R", dither=True)
     steps = read_image(tmp_path / "a.png")[0][..., 0] * 255
-    assert set(np.rint(steps.ravel()).astype(int)) == {100, 101}
+    assert set(np.rint(steps.ravel()).astype(np.int64)) == {100, 101}
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ def test_a_spread_keeps_rays_in_a_cone(spread: float, exponent: float) -> None:
     ring = np.linspace(0, 2 * np.pi, 721)[:-1]
     rim = np.stack([np.cos(ring) * np.tan(cap), np.sin(ring) * np.tan(cap), np.ones(720)], axis=1)
     following = (np.arange(720, dtype=np.int64) + 1) % 720 + 1
-    triangles = np.stack([np.zeros(720, dtype=int), np.arange(720, dtype=np.int64) + 1, following], axis=1)
+    triangles = np.stack([np.zeros(720, dtype=np.int64), np.arange(720, dtype=np.int64) + 1, following], axis=1)
     disc = Mesh("disc", np.vstack([[0, 0, 1], rim]).astype(np.float32), triangles.astype(np.int32))
     estimator = AO if exponent == 1.0 else reflection(exponent)
     means = means_of(shapes.scene(shapes.patch(), disc), rays=64, size=8, spread=spread, maps=(estimator,))

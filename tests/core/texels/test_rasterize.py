@@ -63,8 +63,8 @@ def by_clipping(uv: np.ndarray, width: int, height: int) -> tuple[np.ndarray, np
     owner = np.full((height, width), -1, dtype=np.int64)
     best, total = np.zeros((height, width)), np.zeros((height, width))
     for index, corners in enumerate(in_texels(uv, width, height)):
-        low = np.clip(np.floor(corners.min(axis=0)).astype(int), 0, (width, height))
-        high = np.clip(np.ceil(corners.max(axis=0)).astype(int), 0, (width, height))
+        low = np.clip(np.floor(corners.min(axis=0)).astype(np.int64), 0, (width, height))
+        high = np.clip(np.ceil(corners.max(axis=0)).astype(np.int64), 0, (width, height))
         for y in range(low[1], high[1]):
             for x in range(low[0], high[0]):
                 share, _ = area_and_centroid(clipped(corners, x, y))

@@ -119,7 +119,7 @@ def surface_of(field: Field, low: tuple[float, ...], high: tuple[float, ...], ce
     """Quads where a field is zero. cells: along z."""
     low_, high_ = np.array(low), np.array(high)
     step = (high_[2] - low_[2]) / cells
-    sides = np.maximum(np.ceil((high_ - low_) / step), 2).astype(int) + 1
+    sides = np.maximum(np.ceil((high_ - low_) / step), 2).astype(np.int64) + 1
     place = low_ + step * np.stack(
         np.meshgrid(*(np.arange(side, dtype=np.int64) for side in sides), indexing="ij"), axis=-1
     )

@@ -46,7 +46,7 @@ def bilinear(image: Floats, uv: Doubles) -> Doubles:
     """Values at (..., 2) UVs, clamped at the borders."""
     height, width = image.shape
     x, y = uv[..., 0] * width - 0.5, (1.0 - uv[..., 1]) * height - 0.5
-    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    left, top = np.floor(x).astype(np.int64), np.floor(y).astype(np.int64)
     fx, fy = x - left, y - top
 
     def at(i: Ints, j: Ints) -> Doubles:
@@ -82,7 +82,7 @@ def scattered(mesh: Mesh, charts: int) -> Mesh:
     """The mesh cut along lines of constant u into charts, each turned in its cell by another angle."""
     assert mesh.uv is not None
     uv = mesh.uv.astype(np.float64)
-    part = np.minimum((uv[:, :, 0].mean(axis=1) * charts).astype(int), charts - 1)
+    part = np.minimum((uv[:, :, 0].mean(axis=1) * charts).astype(np.int64), charts - 1)
     cells = np.array(grid_cells(int(np.ceil(charts / 2)), 2))[part]
     angle = (0.3 + 1.1 * part)[:, None]
     place = uv * np.array([charts, 1.0]) - np.stack([part, 0 * part], axis=-1)[:, None] - 0.5
