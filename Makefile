@@ -71,7 +71,7 @@ windows: venv $(WINDOWS)/.built ## Windows by Wine: the kernel's tests, the zip 
 	$(PY) tools/foreign.py kernel
 	$(PY) tools/foreign.py extension dist/*-windows_x64.zip
 	$(PY) tools/foreign.py bits
-	$(PY) tools/foreign.py suite
+	$(PY) tools/foreign.py suite -n $(WORKERS) --dist worksteal tests/core tests/addon
 
 release: repository ## all that a release needs, checked: zips, repository, checksums, bill of materials
 	$(PY) tools/release.py dist/repository dist/*.zip

@@ -43,7 +43,7 @@ Errors = dict[str, Doubles]  # mean squared errors by what is kept, each (E, V) 
 def views(count: int = VIEWS) -> Doubles:
     """(count, 3) reflected directions, n·R = n·v evenly from 0.15 to 1, by the golden angle about the normal."""
     cosines = np.linspace(0.15, 1.0, count)
-    turns = np.arange(count, dtype=np.int64) * np.pi * (3.0 - np.sqrt(5.0))
+    turns = np.arange(count) * np.pi * (3.0 - np.sqrt(5.0))
     sines = np.sqrt(1.0 - cosines**2)
     return np.stack([sines * np.cos(turns), sines * np.sin(turns), cosines], axis=1)
 

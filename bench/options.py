@@ -79,7 +79,7 @@ def _with_waves(scene: Scene) -> Scene:
     (target,) = scene.targets
     mesh = target.mesh
     assert mesh.uv is not None and mesh.tangents is not None
-    v, u = (np.indices((512, 512), dtype=np.int64) + 0.5) / 512.0
+    v, u = (np.indices((512, 512)) + 0.5) / 512.0
     slopes = [0.7 * np.sin(80.0 * np.pi * u), 0.7 * np.sin(80.0 * np.pi * v), np.ones_like(u)]
     waves = unit(np.stack(slopes, axis=2))
     layer = NormalMapLayer(ImageTexture((0.5 + 0.5 * waves).astype(np.float32)), mesh.tangents)

@@ -20,6 +20,7 @@ MACOS = (11, 0)
 LINUX = {"libc.so.6", "libm.so.6", "libdl.so.2", "libpthread.so.0", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
 WINDOWS = ("kernel32.dll", "api-ms-win-crt-")
 APPLE = {"/usr/lib/libSystem.B.dylib"}
+LINKERS = {"_mh_dylib_header", "__dso_handle"}  # of every library there, made by the linker
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def _macho(data: bytes) -> tuple[Library, list[str]]:
     binary = fat.at(0)
     machines = {"X86_64": "x86_64", "ARM64": "arm64"}
     machine = machines[binary.header.cpu_type.name]
-    exported = frozenset(str(symbol.name).removeprefix("_") for symbol in binary.exported_symbols)
+    exported = frozenset(str(symbol.name).removeprefix("_") for symbol in binary.exported_symbols) - LINKERS
     needed = frozenset(str(library.name) for library in binary.libraries) - {"@rpath/libocclusion_kernel.dylib"}
     version = (
         tuple(binary.build_version.minos[:2]) if binary.has_build_version else tuple(binary.version_min.version[:2])

@@ -19,6 +19,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PureWindowsPath
@@ -130,13 +131,16 @@ def kernel(system: Windows) -> None:
     target = toolchain.target()
     assert target is not None
     linked = toolchain.compile_all(toolchain.sources(), toolchain.objects(target.tag), toolchain.OPTIMISED)
+    compiled = toolchain.compile_all(tests, work, ["-O1", *FOR_TESTS])
     embree = only(others(system), "**/embree4*.dll")
-    for test, compiled in zip(
-        tests, toolchain.compile_all(tests, work, [*toolchain.OPTIMISED, *FOR_TESTS]), strict=True
-    ):
-        program = work / f"{test.stem}.exe"
-        toolchain.run([*toolchain.compiler(), str(compiled), *map(str, linked), "-o", str(program)])
+
+    def run(test: Path) -> None:
+        program = test.with_suffix(".exe")
+        toolchain.run([*toolchain.compiler(), str(test), *map(str, linked), "-o", str(program)])
         run_piped([wine(), str(program), system.seen(embree)], system.environment)
+
+    with ThreadPoolExecutor(toolchain.JOBS) as pool:
+        list(pool.map(run, compiled))
     print(f"{len(tests)} of {len(tests)} kernel tests pass on {system.platform}")
 
 

@@ -6,6 +6,7 @@ where some of several objects were refused and the others are done.
 
 from __future__ import annotations
 
+import errno
 import io
 import sys
 import time
@@ -393,9 +394,14 @@ def _complain(line: object) -> None:
 
 
 def _say(line: str, stream: TextIO | None = None) -> None:
-    """Print a line, in the place of the progress on a terminal."""
+    """Print a line, in the place of the progress on a terminal. Raises BrokenPipeError where nobody reads it."""
     stream = stream or sys.stdout
-    print(f"{_CLEAR if stream.isatty() else ''}{line}", file=stream, flush=True)
+    try:
+        print(f"{_CLEAR if stream.isatty() else ''}{line}", file=stream, flush=True)
+    except OSError as error:
+        if error.errno == errno.EINVAL:  # as Windows has it
+            raise BrokenPipeError from error
+        raise
 
 
 class _Line:
@@ -413,4 +419,4 @@ class _Line:
                 print(f"{_CLEAR}{100.0 * progress.fraction:5.1f} %  {progress.stage}", end="\r", flush=True)
         elif progress.stage != self._stage:
             self._stage = progress.stage
-            print(f"{100.0 * progress.fraction:5.1f} %  {progress.stage}", flush=True)
+            _say(f"{100.0 * progress.fraction:5.1f} %  {progress.stage}")

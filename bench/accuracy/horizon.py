@@ -77,7 +77,7 @@ def _row(maps: Maps, exponent: float) -> dict[str, float]:
 
 def _angles() -> Doubles:
     """Between R and the floor's normal, at each texel's middle."""
-    middle = FLOOR * ((np.arange(SIZE, dtype=np.int64) + 0.5) / SIZE - 0.5)
+    middle = FLOOR * ((np.arange(SIZE) + 0.5) / SIZE - 0.5)
     x, y = np.meshgrid(middle, middle[::-1])
     eye = CAMERA.position
     return np.arctan2(np.hypot(x - eye[0], y - eye[1]), eye[2])

@@ -74,7 +74,7 @@ def _sheet(uv: Floats, chart: Longs) -> Doubles:
 def _tinted(uv: Floats, chart: Longs, side: int) -> Doubles:
     """(side, side, 3): each chart in its colour, NaN where there is none."""
     owner = rasterize("mesh", uv, side, side).owner
-    hues = (_GOLD * np.arange(int(chart.max()) + 1, dtype=np.int64)) % 1.0
+    hues = (_GOLD * np.arange(int(chart.max()) + 1)) % 1.0
     palette = np.array([colorsys.hsv_to_rgb(hue, 0.45, 0.95) for hue in hues])
     return np.where((owner >= 0)[..., None], palette[chart[np.maximum(owner, 0)]], np.nan)
 
@@ -91,7 +91,7 @@ def _filled(image: Doubles, rounds: int) -> Doubles:
 
 def _squares(side: int) -> Doubles:
     """(side, side, 1): light and dark squares."""
-    number = np.arange(side, dtype=np.int64) // CHECK
+    number = np.arange(side) // CHECK
     return np.where((number[:, None] + number) % 2 == 0, 1.0, 0.72)[..., None]
 
 

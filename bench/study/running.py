@@ -36,7 +36,7 @@ def draw(folder: Path) -> None:
 
 def _draw(settled: dict[Case, Doubles], title: str, path: Path) -> None:
     figure, axes = panels(2, len(settled), title, 3.3)
-    every = np.arange(1, RAYS[-1] + 1, dtype=np.int64)
+    every = np.arange(1, RAYS[-1] + 1)
     for column, (case, estimates) in enumerate(settled.items()):
         walk = one_ray_estimates(case, RUNS * RAYS[-1], seed=100 + column).reshape(RUNS, -1)
         _panel(axes[column], case, every, np.cumsum(walk, axis=1).T / every[:, None], "random")

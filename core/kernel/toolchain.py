@@ -38,6 +38,7 @@ VECTOR = {
     "_avx2": ["-mavx2", "-mfma", "-mbmi2"],
     "_avx512": ["-mavx512f", "-mavx512bw", "-mavx512dq", "-mavx512vl", "-mfma", "-mbmi2", "-mprefer-vector-width=512"],
 }
+OWN_MEMORY = ["-fvisibility-global-new-delete=force-hidden"]  # clang's: else operators new and delete are exported
 EXPORTED = "{ global: ob_*; local: *; };\n"  # and none of the C++ library's own functions, which are linked in
 LIBRARY_NAMES = {"darwin": "libocclusion_kernel.dylib", "win32": "libocclusion_kernel.dll"}
 
@@ -130,7 +131,8 @@ def vector_of(source: Path) -> str | None:
 def flags(source: Path) -> list[str]:
     """Flags that say what the file means: language, vector extension, warnings, includes; not how fast."""
     vector = vector_of(source)
-    return [*MEANING, *WARNINGS, *(VECTOR[vector] if vector else []), *defines(), f"-I{INCLUDE}"]
+    own = OWN_MEMORY if source.stem == "own_memory" and system() == "darwin" else []
+    return [*MEANING, *WARNINGS, *(VECTOR[vector] if vector else []), *own, *defines(), f"-I{INCLUDE}"]
 
 
 def defines() -> list[str]:

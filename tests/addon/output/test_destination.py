@@ -185,7 +185,7 @@ def test_a_path_begins_at_home_or_beside_the_blend_file(
     bpy.data.objects["Floor"].name = "~"
     bpy.context.scene.occlusion_bake.path = "{object}/{map}"
     assert press() == {"FINISHED"}
-    found = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*.png")}
+    found = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*.png")}
     assert found == {"home/textures/Floor.png", "~/ao.png"}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import pytest
@@ -53,7 +53,7 @@ def test_its_page_names_its_files_and_the_packed_channel(preset: EnginePreset) -
     assert f"*Output > To > A Channel*, the image, *{preset.packed}*" in page
     for picture, kind in ((preset.ao, "ao"), (preset.bent.file if preset.bent else None, "bent")):
         if picture is not None:
-            name = Path(picture.path).name.format(object="NAME", map=kind)
+            name = PurePosixPath(picture.path).name.format(object="NAME", map=kind)
             assert f"`{name}.{picture.format}`" in page
 
 

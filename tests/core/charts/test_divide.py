@@ -85,7 +85,7 @@ def euler_number(mesh: ChartMesh) -> int:
 def sheet(width: int, height: int, *, uneven: float = 0.0, quads: bool = False) -> Chart:
     """Squares cut in two; uneven: their corners are moved about by so much, and they are cut either way."""
     rng = np.random.default_rng(4)
-    x, y = np.meshgrid(np.arange(width + 1.0, dtype=np.int64), np.arange(height + 1.0, dtype=np.int64), indexing="ij")
+    x, y = np.meshgrid(np.arange(width + 1.0), np.arange(height + 1.0), indexing="ij")
     points = np.stack([x, y, 0.0 * x], axis=-1)
     points[..., :2] += rng.uniform(-uneven, uneven, (width + 1, height + 1, 2))
     i = np.arange(x.size, dtype=np.int64).reshape(x.shape)

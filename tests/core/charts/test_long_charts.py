@@ -18,7 +18,7 @@ from occlusion_bake.tests.oracles.charts.polygon_mesh import net
 
 def ribbons(count: int, length: int) -> tuple[ChartMesh, Layout]:
     """Flat strips of `length` squares, each a chart."""
-    x, y = np.meshgrid(np.arange(length + 1.0, dtype=np.int64), [0.0, 1.0])
+    x, y = np.meshgrid(np.arange(length + 1.0), [0.0, 1.0])
     vertices, triangles, polygons = (np.asarray(part, np.int64) for part in net(np.stack([x, y, 0.0 * x], axis=-1)))
     strip = np.arange(count, dtype=np.int64)
     points = (vertices + np.array([0, 3, 0]) * strip[:, None, None]).reshape(-1, 3)

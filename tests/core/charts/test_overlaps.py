@@ -59,7 +59,7 @@ def soup(kind: str, count: int) -> Any:
 def grid(width: int, height: int) -> Any:
     """(2 * width * height, 3, 2) a layout without overlaps: squares cut in two, their corners moved about."""
     rng = np.random.default_rng(5)
-    x, y = np.meshgrid(np.arange(width + 1.0, dtype=np.int64), np.arange(height + 1.0, dtype=np.int64), indexing="ij")
+    x, y = np.meshgrid(np.arange(width + 1.0), np.arange(height + 1.0), indexing="ij")
     p = np.stack([x, y], axis=-1) + rng.uniform(-0.2, 0.2, (width + 1, height + 1, 2))
     a, b, c, d = p[:-1, :-1], p[1:, :-1], p[1:, 1:], p[:-1, 1:]
     return np.concatenate([np.stack([a, b, c], axis=-2), np.stack([a, c, d], axis=-2)]).reshape(-1, 3, 2)

@@ -182,7 +182,7 @@ def test_a_vertex_that_flew_away_is_told() -> None:
 
 def sheet(cells: int = 8) -> PolygonMesh:
     """Flat, its vertices row by row."""
-    x, y = np.meshgrid(np.arange(cells + 1.0, dtype=np.int64), np.arange(cells + 1.0, dtype=np.int64))
+    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0))
     return net(np.stack([x, y, 0.0 * x], axis=-1))
 
 

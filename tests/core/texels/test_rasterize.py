@@ -117,7 +117,7 @@ def test_threads_do_not_matter(threads: int) -> None:
 def fan(cells: int, seed: int) -> np.ndarray:
     """(T, 3, 2): the unit square in jittered cells of two triangles each, exactly edge to edge."""
     rng = np.random.default_rng(seed)
-    knots = np.stack(np.meshgrid(*[np.arange(cells + 1.0, dtype=np.int64)] * 2), axis=-1)
+    knots = np.stack(np.meshgrid(*[np.arange(cells + 1.0)] * 2), axis=-1)
     knots[1:-1, 1:-1] += rng.uniform(-0.15, 0.15, (cells - 1, cells - 1, 2))
     knots = (knots / cells).astype(np.float32)
     a, b, c, d = knots[:-1, :-1], knots[:-1, 1:], knots[1:, 1:], knots[1:, :-1]

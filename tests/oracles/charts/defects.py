@@ -13,7 +13,7 @@ from .polygon_mesh import PolygonMesh, copies, joined, net, net_faces, of_faces,
 def fins(pages: int, rows: int = 3) -> PolygonMesh:
     """Sheets of quads that share one edge line, as the pages of a book do."""
     turn = 2.0 * np.pi * np.arange(pages, dtype=np.int64) / pages
-    spine = np.stack([np.zeros(rows + 1), np.zeros(rows + 1), np.arange(rows + 1.0, dtype=np.int64)], axis=1)
+    spine = np.stack([np.zeros(rows + 1), np.zeros(rows + 1), np.arange(rows + 1.0)], axis=1)
     edge = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
     vertices = np.concatenate([spine, (edge[:, None] + spine).reshape(-1, 3)])
     page, row = np.divmod(np.arange(pages * rows, dtype=np.int64), rows)
@@ -30,7 +30,7 @@ def t_junctions(cells: int) -> PolygonMesh:
 
 def bow_tie(cells: int) -> PolygonMesh:
     """Two sheets joined in a vertex."""
-    x, y = np.meshgrid(np.arange(cells + 1.0, dtype=np.int64), np.arange(cells + 1.0, dtype=np.int64))
+    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0))
     sheet = np.stack([x, y, 0.1 * np.sin(x) * np.sin(y)], axis=-1).reshape(-1, 3)
     count = len(sheet)
     faces = net_faces(cells + 1, cells + 1)

@@ -96,7 +96,7 @@ def fan_of_pieces(count: int, seed: int) -> PolygonMesh:
 
 
 def _board(cells: int) -> Doubles:
-    x, y = np.meshgrid(np.arange(cells + 1.0, dtype=np.int64), np.arange(cells + 1.0, dtype=np.int64))
+    x, y = np.meshgrid(np.arange(cells + 1.0), np.arange(cells + 1.0))
     points: Doubles = np.stack([x, y, 0.0 * x], axis=-1).reshape(-1, 3)
     return points
 

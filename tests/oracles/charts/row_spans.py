@@ -33,7 +33,8 @@ def row_spans(corners: Doubles, height: float = 1.0, within: float = 0.0) -> Row
     last = np.maximum(first, last)
     count = last - first + 1
     triangle = np.repeat(np.arange(len(corners), dtype=np.int64), count)
-    row = np.repeat(first - np.cumsum(count) + count, count) + np.arange(len(triangle), dtype=np.int64)
+    row: Longs = np.arange(len(triangle), dtype=np.int64)
+    row += np.repeat(first - np.cumsum(count) + count, count)
     bottom = np.maximum(row * height, low[triangle])
     top = np.minimum((row + 1) * height, high[triangle])
     start, end = np.full(len(triangle), np.inf), np.full(len(triangle), -np.inf)
