@@ -46,8 +46,8 @@ extension: venv ## dist/occlusion_bake-VERSION-PLATFORM.zip, to install in Blend
 
 BLENDER ?= blender
 # Built on Linux for all of Blender's platforms, by a compiler that brings along what each needs.
-PLATFORMS := linux-x64 windows-x64 macos-arm64 macos-x64
-KERNELS := $(foreach platform,$(PLATFORMS) windows-arm64,build/kernel-$(platform)/.built)
+PLATFORMS := linux-x64 windows-x64 windows-arm64 macos-arm64 macos-x64
+KERNELS := $(foreach platform,$(PLATFORMS),build/kernel-$(platform)/.built)
 extensions: $(KERNELS) ## the same for Linux, Windows and macOS, each kernel checked
 	@rm -f dist/*.zip
 	$(PY) tools/check_libraries.py $(foreach built,$(KERNELS),$(dir $(built))*.whl)

@@ -39,6 +39,8 @@ TAGS = {
         *(f"macosx_{major}_0_x86_64" for major in range(11, 15)),
     ),
 }
+# Where there are no such wheels: Blender brings Embree and OpenImageIO itself there.
+BROUGHT_BY_BLENDER = ("windows-arm64",)
 SYSTEMS = {"macosx": "macos", "win": "windows"}
 MACHINES = {"x86_64": "x64", "amd64": "x64", "arm64": "arm64", "universal2": "arm64"}  # a Mac's Python of both kinds
 
@@ -86,6 +88,8 @@ def only(folder: Path, pattern: str) -> Path:
 def wheels(kernel: Path, platform: str) -> list[Path]:
     """All wheels of the extension, in order."""
     chosen = [only(kernel, "occlusion_bake_kernel-*.whl")]
+    if platform in BROUGHT_BY_BLENDER:
+        return chosen
     for python, (requirements, packages) in PYTHONS.items():
         versions = pins(requirements)
         chosen += [fetched(package, versions[package], python, platform) for package in packages]
@@ -147,7 +151,7 @@ def add(archive: zipfile.ZipFile, name: str, data: bytes, how: int = zipfile.ZIP
 
 
 def main(kernel: Path, platform: str) -> None:
-    if platform not in TAGS:
+    if platform not in (*TAGS, *BROUGHT_BY_BLENDER):
         raise SystemExit(f"no extension for {platform}: the wheels it needs exist for {', '.join(TAGS)}")
     files, bundled = staged(), wheels(kernel, platform)
     text = manifest(platform, [path.name for path in bundled])

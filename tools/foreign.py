@@ -35,10 +35,8 @@ RELEASE, REQUIREMENTS = "3.11", "py311"
 LEFT_OUT = ("clang-format", "clang-tidy", "fake-bpy-module-4.5", "import-linter", "mypy", "ruff", "setuptools")
 OF_BLENDER = ("bpy", "numpy", "zstandard", "requests", "urllib3", "idna", "certifi", "charset-normalizer", "Cython")
 GO_TOOLCHAIN = "go1.21.0"  # programs of later ones ask Wine 8 for a library that it has not
-
-
 # Names of any letters reach Windows' programs, and nobody is asked whether to install Mono or Gecko.
-_QUIET = {"LC_ALL": "C.UTF-8", "WINEDLLOVERRIDES": "mscoree,mshtml="}
+_QUIET = {"LC_ALL": "C.UTF-8", "PYTHONUTF8": "1", "WINEDEBUG": "-all", "WINEDLLOVERRIDES": "mscoree,mshtml="}
 
 
 class Unavailable(Exception):
@@ -55,12 +53,7 @@ class Windows:
 
     @property
     def environment(self) -> dict[str, str]:
-        return {
-            **os.environ,
-            "WINEPREFIX": str(self.folder / "prefix"),
-            "WINEDEBUG": "-all",
-            "PYTHONUTF8": "1",
-        } | _QUIET
+        return {**os.environ, **_QUIET, "WINEPREFIX": str(self.folder / "prefix")}
 
     @cached_property
     def python(self) -> list[str]:
