@@ -78,7 +78,7 @@ release: repository ## all that a release needs, checked: zips, repository, chec
 
 build/kernel-%/.built: $(KERNEL) $(VENV)/.platforms
 	@rm -rf $(@D)
-	OCCLUSION_KERNEL_PROFILE=0 OCCLUSION_KERNEL_TARGET=$* $(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(@D) ./core/kernel
+	SOURCE_DATE_EPOCH=315532800 OCCLUSION_KERNEL_PROFILE=0 OCCLUSION_KERNEL_TARGET=$* $(PY) -m pip wheel -q --no-deps --no-build-isolation --wheel-dir $(@D) ./core/kernel
 	@touch $@
 
 pictures: extension ## the README's pictures of the window, from a session in a complete Blender: BLENDER=blender

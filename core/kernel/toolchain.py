@@ -147,7 +147,17 @@ def build_library(library: Path, work: Path) -> None:
     library.parent.mkdir(parents=True, exist_ok=True)
     objects, linked = compile_all(sources(), work, OPTIMISED), work / library.name
     run([*compiler(), "-o", str(linked), *map(str, objects), "-pthread", *link_flags(work)])
+    if system() == "win32":
+        undate(linked)
     shutil.copy(linked, library)  # alone: for Windows some linkers put more beside it
+
+
+def undate(library: Path) -> None:
+    """Take the time of its linking out of a library for Windows: the same sources make the same bytes."""
+    data = bytearray(library.read_bytes())
+    header = int.from_bytes(data[0x3C:0x40], "little")  # where the PE header is; 8 bytes into it is the time
+    data[header + 8 : header + 12] = bytes(4)
+    library.write_bytes(data)
 
 
 def link_flags(work: Path) -> list[str]:
