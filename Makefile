@@ -18,7 +18,7 @@ KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h incl
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help venv test lint extension extensions try-extension repository try-repository windows release pictures sanitize bake bench bench-quick figures accuracy study clean
+.PHONY: help venv test lint extension extensions try-extension repository try-repository windows windows-zip windows-kernel arm64 release pictures sanitize bake bench bench-quick figures accuracy study clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -64,14 +64,22 @@ try-repository: extension ## add a repository, install, update and remove the ex
 	$(PY) tools/try_repository.py dist/*.zip $(BLENDER)
 
 WINDOWS := build/kernel-windows-x64
-windows: venv $(WINDOWS)/.built ## Windows by Wine: the kernel's tests, the zip in Blender, the suite; skipped where Wine cannot be had
-	$(PY) tools/check_libraries.py $(WINDOWS)/*.whl
+windows: windows-zip ## Windows by Wine: the kernel's tests, the zip in Blender, the suite; skipped where Wine cannot be had
+	$(PY) tools/foreign.py windows-x64 suite -n $(WORKERS) --dist worksteal tests/core tests/addon
+
+windows-zip: windows-kernel
 	@rm -f dist/*-windows_x64.zip
 	$(PY) tools/build_extension.py $(WINDOWS) windows-x64
-	$(PY) tools/foreign.py kernel
-	$(PY) tools/foreign.py extension dist/*-windows_x64.zip
-	$(PY) tools/foreign.py bits
-	$(PY) tools/foreign.py suite -n $(WORKERS) --dist worksteal tests/core tests/addon
+	$(PY) tools/foreign.py windows-x64 extension dist/*-windows_x64.zip
+	$(PY) tools/foreign.py windows-x64 bits
+
+windows-kernel: venv $(WINDOWS)/.built
+	$(PY) tools/check_libraries.py $(WINDOWS)/*.whl
+	$(PY) tools/foreign.py windows-x64 kernel
+
+arm64: venv build/kernel-linux-arm64/.built ## processors like those of Macs, by qemu: the kernel's tests, and the same bits
+	$(PY) tools/foreign.py linux-arm64 kernel
+	$(PY) tools/foreign.py linux-arm64 bits
 
 release: repository ## all that a release needs, checked: zips, repository, checksums, bill of materials
 	$(PY) tools/release.py dist/repository dist/*.zip
