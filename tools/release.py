@@ -26,9 +26,10 @@ from cyclonedx.output.json import JsonV1Dot6
 from licences import normal, parts
 from make_repository import blenders_tool
 from packageurl import PackageURL
+from try_extension import MANIFEST, version_of
 
 ROOT = Path(__file__).resolve().parent.parent
-MANIFEST, OWN_LICENCE = "blender_manifest.toml", "GPL-3.0-or-later"
+OWN_LICENCE = "GPL-3.0-or-later"
 _HEADING = re.compile(r"^## (\S+), (\d{4}-\d{2}-\d{2})$")
 
 
@@ -67,9 +68,7 @@ def zip_faults(about: dict[str, object], archives: list[Path]) -> list[str]:
     """Of another version, twice for a platform, or not as Blender wants it."""
     found = []
     for archive in archives:
-        with zipfile.ZipFile(archive) as opened:
-            version = tomllib.loads(opened.read(MANIFEST).decode())["version"]
-        if version != about["version"]:
+        if (version := version_of(archive)) != about["version"]:
             found.append(f"{archive.name} is of version {version}")
         checked = subprocess.run(
             [sys.executable, str(blenders_tool()), "validate", str(archive)], capture_output=True, text=True

@@ -171,9 +171,8 @@ def _unnudged(seen: Doubles, start: Doubles, corners: Ints) -> tuple[Doubles, Fl
     triangle does. In a triangle without area Cycles looks anywhere.
     """
     triangle_of = np.zeros(len(seen), dtype=np.int64)
-    triangle_of[corners[::-1].reshape(-1)] = np.repeat(
-        np.arange(len(corners), dtype=np.int64)[::-1], 3
-    )  # the first one is looked at
+    numbers = np.arange(len(corners), dtype=np.int64)
+    triangle_of[corners[::-1].reshape(-1)] = np.repeat(numbers[::-1], 3)  # the first one is looked at
     own, sure = start, np.ones(len(seen), dtype=np.bool_)
     for turn in range(_ROUNDS):
         inwards = own[corners].mean(axis=1)[triangle_of] - own

@@ -71,13 +71,10 @@ def _without_scraps(mesh: ChartMesh, label: Longs, locked: Flags) -> Longs:
         pair, slot = np.unique(here * len(area) + there, return_inverse=True)
         shared = np.bincount(slot.ravel(), mesh.lengths[border])
         order = np.lexsort((~scrap[pair % len(area)], shared))  # the longest is written last, and stays
-        heir = np.arange(len(area), dtype=np.int64)
+        own = np.arange(len(area), dtype=np.int64)
+        heir = own.copy()
         heir[pair[order] // len(area)] = pair[order] % len(area)
-        heir = np.where(
-            scrap & scrap[heir] & (heir > np.arange(len(area), dtype=np.int64)),
-            np.arange(len(area), dtype=np.int64),
-            heir,
-        )
+        heir = np.where(scrap & scrap[heir] & (heir > own), own, heir)
         label = heir[piece]
     return label
 
