@@ -32,7 +32,8 @@ from try_extension import bake_as_module, run_piped
 
 def kernel(system: System) -> None:
     """Each of the kernel's own test programs ends with status 0, for every instruction set that is there."""
-    embree, environment = system.embree, system.environment
+    # Asked for here, for two threads may not both install what is missing.
+    runner, embree, environment = system.runner, system.embree, system.environment
     os.environ["OCCLUSION_KERNEL_TARGET"] = system.platform
     target = toolchain.TARGETS[system.platform]
     linked = toolchain.compile_all(toolchain.sources(), toolchain.objects(target.tag), toolchain.OPTIMISED)
@@ -43,7 +44,7 @@ def kernel(system: System) -> None:
         program, objects = test.with_suffix(".exe"), [test, *linked]
         if not program.exists() or program.stat().st_mtime < max(each.stat().st_mtime for each in objects):
             toolchain.run([*toolchain.compiler(), *map(str, objects), "-o", str(program)])
-        run_piped([*system.runner, str(program), embree], environment)
+        run_piped([*runner, str(program), embree], environment)
 
     with ThreadPoolExecutor(toolchain.JOBS) as pool:
         list(pool.map(run, compiled))

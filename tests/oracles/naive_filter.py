@@ -36,6 +36,12 @@ class Points:
     shading: Doubles
     spacing: Doubles
 
+    def axes(self, i: int) -> Doubles:
+        """(2 or 3, 3): along what turns of the normals are told; of the mesh's alone not along the point's own."""
+        tangents, along = _tangents(self.shading[i]), self.shading[i : i + 1]
+        made: Doubles = tangents if np.array_equal(self.shading, self.normals) else np.concatenate([tangents, along])
+        return made
+
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -128,12 +134,12 @@ def _near(
 ) -> tuple[Ints, Doubles, Doubles, Doubles]:
     """Who is asked; what they are fitted by; how far inside the radius they are; how far off in place and normal."""
     apart = points.positions - points.positions[i]
-    normal, shading = points.normals[i], points.shading[i]
+    normal = points.normals[i]
     off = (apart @ normal) ** 2 + np.einsum("ij,ij->i", apart, points.normals) ** 2
     distance = constants()["kFlatness"] * off / points.spacing[i] ** 2
     distance = distance + sharpness * np.maximum(1.0 - points.normals @ normal, 0.0)
     place = apart @ _tangents(normal).T / points.spacing[i]
-    turn = (points.shading - shading) @ _tangents(shading).T
+    turn = (points.shading - points.shading[i]) @ points.axes(i).T
     inside = np.maximum(1.0 - (place**2).sum(axis=1) / radius**2, 0.0)
     near: Ints = np.flatnonzero((inside > 0.0) & (distance < 8.0) & (samples.precision > 0.0)).astype(np.int32)
     return near, np.column_stack([place, turn])[near], inside[near], distance[near]
@@ -160,7 +166,7 @@ def _fit(at: Doubles, value: Doubles, weight: Doubles, variance: Doubles, slope:
     total = max(float(weight.sum()), 1e-20)
     mean, middle = weight @ at / total, float(weight @ value) / total
     spread = float(weight**2 @ variance) / total**2
-    ridge = np.array([k["kRidge"]] * 2 + [spread / slope**2 + k["kNormalRidge"]] * 2)
+    ridge = np.array([k["kRidge"]] * 2 + [spread / slope**2 + k["kNormalRidge"]] * (at.shape[1] - 2))
     centred = at - mean
     matrix = centred.T @ (weight[:, None] * centred) / total + np.diag(ridge)
     slopes = np.linalg.solve(matrix, centred.T @ (weight * (value - middle)) / total)

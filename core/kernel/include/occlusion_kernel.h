@@ -127,7 +127,7 @@ typedef struct ob_cutout {
 } ob_cutout;
 
 typedef struct ob_control {
-  int32_t cancel; /* set to non-zero: the call ends with OB_CANCELLED within 0.1 s */
+  int32_t cancel; /* set to non-zero: the call ends with OB_CANCELLED within 0.1 s, a tree's build when it is done */
   int32_t reserved;
   int64_t done;  /* work finished so far: rays while tracing, any steady unit elsewhere */
   int64_t total; /* of this much */

@@ -11,9 +11,12 @@ constexpr float kNormalRidge = 1e-5F; // and to that of the normals, besides wha
 
 // What values are fitted by: a neighbour's place in the tangent plane; and, where the surface is not flat, how its
 // shading normal is turned against the point's, too: AO is nearly linear in the normal. Two numbers tell that, for in
-// the direction of the point's own normal unit normals differ only to second order.
+// the direction of the point's own normal unit normals differ only to second order; and a third where texels have
+// normals of their own, which differ by much more than the surface's.
 constexpr int kByPlace = 2;
 constexpr int kByNormal = 4;
+constexpr int kByOwnNormal = 5;
+constexpr int kMostSlopes = kByOwnNormal - kByPlace; // of the normals
 
 // Weighted sums over the neighbours of sixteen points; places in spacings, values relative to each point's origin.
 template <int D> struct Moments {

@@ -92,7 +92,7 @@ private:
 // that is another one where texels have normals of their own.
 template <bool kOwnNormals> class BentFrame {
 public:
-  static constexpr int kDimensions = kByNormal;
+  static constexpr int kDimensions = kOwnNormals ? kByOwnNormal : kByNormal;
 
   BentFrame(const Neighbours &neighbours, int64_t index)
       : centre_(neighbours.clusters[index].centre), per_spacing_(1.0F / neighbours.clusters[index].spacing),
@@ -101,7 +101,8 @@ public:
     place_ = {(p.x - centre_[0]) * per_spacing_, (p.y - centre_[1]) * per_spacing_, (p.z - centre_[2]) * per_spacing_};
     frame_about(normal_, tangent_, bitangent_);
     if constexpr (kOwnNormals) {
-      frame_about(neighbours.texel_normals[index], shading_tangent_, shading_bitangent_);
+      shading_ = neighbours.texel_normals[index];
+      frame_about(shading_, shading_tangent_, shading_bitangent_);
     }
   }
 
@@ -120,15 +121,16 @@ public:
           tangent_(part_of(frame.tangent_, part)), bitangent_(part_of(frame.bitangent_, part)),
           sharpness_(sharpness * kPerFalloff), per_radius2_(1.0F / (radius * radius)) {
       if constexpr (kOwnNormals) {
+        shading_ = part_of(frame.shading_, part);
         shading_tangent_ = part_of(frame.shading_tangent_, part);
         shading_bitangent_ = part_of(frame.shading_bitangent_, part);
       }
     }
 
-    // Fills in where the sample lies in the tangent plane, and how its shading normal is turned: the point's own one is
-    // at right angles to what that is told along. Returns how far it is inside the radius, 1 in the middle and 0
+    // Fills in where the sample lies in the tangent plane, and how its shading normal is turned: numbers that are 0 for
+    // the point's own. Returns how far it is inside the radius, 1 in the middle and 0
     // outside, and sets its distance off the planes and in its normal, as the falloff takes it.
-    OB_INLINE Wide locate(const Sample &sample, Term<kByNormal> &term, Wide &distance) const {
+    OB_INLINE Wide locate(const Sample &sample, Term<kDimensions> &term, Wide &distance) const {
       const Wide3 d = widened3(sample.position) - place_;
       const Wide3 n = widened3(sample.normal);
       const Wide off = dot(d, normal_);
@@ -141,6 +143,7 @@ public:
         const Wide3 shading = widened3(sample.shading);
         term.at[2] = dot(shading, shading_tangent_);
         term.at[3] = dot(shading, shading_bitangent_);
+        term.at[4] = dot(shading, shading_) - 1.0F;
       } else {
         term.at[2] = dot(n, tangent_);
         term.at[3] = dot(n, bitangent_);
@@ -149,14 +152,14 @@ public:
     }
 
   private:
-    Wide3 place_, normal_, tangent_, bitangent_, shading_tangent_, shading_bitangent_;
+    Wide3 place_, normal_, tangent_, bitangent_, shading_, shading_tangent_, shading_bitangent_;
     float sharpness_, per_radius2_;
   };
 
 private:
   const float *centre_;
   float per_spacing_;
-  Lanes3 place_, normal_, tangent_, bitangent_, shading_tangent_, shading_bitangent_;
+  Lanes3 place_, normal_, tangent_, bitangent_, shading_, shading_tangent_, shading_bitangent_;
 };
 
 } // namespace

@@ -166,9 +166,9 @@ struct Neighbours {
   float per_slope2;            // 1 over the square of what values are likely to change by per unit of the normal
 };
 
-// How a cluster's guides change with the normals, along the tangents.
+// How a cluster's guides change with the normals: along the tangents, and along the normal itself.
 struct NormalSlopes {
-  Lanes along[2];
+  Lanes along[3];
 };
 
 // What the filter's passes hand on, of each cluster.

@@ -78,8 +78,6 @@ int32_t embree_status(const Device &device) {
     return OB_OK;
   case RTC_ERROR_OUT_OF_MEMORY:
     return fail(OB_OUT_OF_MEMORY, "not enough memory for the scene's geometry");
-  case RTC_ERROR_CANCELLED:
-    return fail(OB_CANCELLED, "cancelled");
   default:
     return fail(OB_EMBREE_FAILED, "Embree could not build the scene");
   }
@@ -163,18 +161,22 @@ void add_instance(EmbreeScene &scene, const EmbreeScene &mesh, const float *matr
   scene.ray_filters.insert(scene.ray_filters.end(), mesh.ray_filters.begin(), mesh.ray_filters.end());
 }
 
-bool keep_building(void *control, double share) {
-  auto *shared_control = static_cast<ob_control *>(control);
-  if (shared_control != nullptr) {
-    as_atomic(shared_control->done).store(static_cast<int64_t>(share * 1000.0), std::memory_order_relaxed);
-  }
-  return !cancelled(shared_control);
+// A build that has begun is finished, though Embree would stop if this said so: it stops by an exception through TBB,
+// which then walks through all task groups of the process. On Windows Embree shares TBB with Blender, and there that
+// walk has crashed; on its arm64, TBB's release notes say, exceptions through it may corrupt memory.
+bool tell_share(void *control, double share) {
+  as_atomic(static_cast<ob_control *>(control)->done)
+      .store(static_cast<int64_t>(share * 1000.0), std::memory_order_relaxed);
+  return true;
 }
 
 int32_t commit(const EmbreeScene &scene, ob_control *control) {
+  if (cancelled(control)) {
+    return fail(OB_CANCELLED, "cancelled");
+  }
   const Embree &embree = scene.device->embree;
   begin(control, 1000);
-  embree.set_scene_progress_monitor(scene.handle, keep_building, control);
+  embree.set_scene_progress_monitor(scene.handle, control != nullptr ? tell_share : nullptr, control);
   embree.commit_scene(scene.handle);
   embree.set_scene_progress_monitor(scene.handle, nullptr, nullptr);
   const int32_t status = embree_status(*scene.device);

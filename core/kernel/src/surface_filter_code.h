@@ -123,8 +123,8 @@ template <typename Frame> void compute_guide_in(const Neighbours &neighbours, in
                                            kDetailThreshold, sampled);
   own.guide = own.value + fit.value * (1.0F - shrinkage.share);
   own.guide_error = shrinkage.error;
-  if constexpr (D == kByNormal) {
-    passes.normal_slopes[index] = {{fit.slope[D - 2], fit.slope[D - 1]}};
+  for (int i = kByPlace; i < D; ++i) {
+    passes.normal_slopes[index].along[i - kByPlace] = fit.slope[i];
   }
 }
 
@@ -140,10 +140,8 @@ public:
     least_allowed_ = kAllowed * (part_of(own.guide_error, part) + kLeastVariance);
     noise_ = part_of(own.variance, part);
     residual_ = part_of(own.residual_variance, part) + 1e-9F;
-    if constexpr (Frame::kDimensions == kByNormal) {
-      for (int i = 0; i < 2; ++i) {
-        slope_[i] = part_of(passes.normal_slopes[index].along[i], part);
-      }
+    for (int i = kByPlace; i < Frame::kDimensions; ++i) {
+      slope_[i - kByPlace] = part_of(passes.normal_slopes[index].along[i - kByPlace], part);
     }
   }
 
@@ -166,11 +164,11 @@ private:
 
   // How far the guides differ, but for what the normals explain.
   OB_INLINE Wide unexplained(const Sample &sample, const Made &term) const {
-    if constexpr (Frame::kDimensions == kByNormal) {
-      return sample.guide - guide_ - (slope_[0] * term.at[2] + slope_[1] * term.at[3]);
-    } else {
-      return sample.guide - guide_;
+    Wide explained{};
+    for (int i = kByPlace; i < Frame::kDimensions; ++i) {
+      explained += slope_[i - kByPlace] * term.at[i];
     }
+    return sample.guide - guide_ - explained;
   }
 
   OB_INLINE void weigh(const Sample &sample, Wide weight, Made &term) {
@@ -189,7 +187,7 @@ private:
   }
 
   typename Frame::Part frame_;
-  Wide guide_, slope_[2], least_allowed_, noise_, residual_;
+  Wide guide_, slope_[kMostSlopes], least_allowed_, noise_, residual_;
   float known_ = 0.0F;
   Wide variance_{}, precision_{};
 };

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from occlusion_bake.core.base.arrays import Doubles
+from occlusion_bake.core.base.vectors import unit
 from occlusion_bake.core.scene.scene import Mesh
+from occlusion_bake.core.solve.surface_filter import SurfaceFilter
 from occlusion_bake.core.spherical.lobe import open_horizon
 from occlusion_bake.tests.oracles import shapes
 from occlusion_bake.tests.oracles.sheet import Sheet, rms
@@ -79,6 +83,19 @@ def test_values_linear_in_the_normal_come_out_of_the_noise(exponent: float) -> N
     assert rms(noisy[where]) < (0.2 if exponent < 50.0 else 0.33) * NOISE
     blur = sheet.filter(truth, NOISE**2, exponent=exponent) - truth
     assert rms(blur[where]) < 0.05 * NOISE
+
+
+def test_values_linear_in_the_normals_of_a_map_come_out_of_the_noise() -> None:
+    """Waves of 13 texels that turn them by up to 35 degrees, each against the next by up to 19: over a floor AO is half
+    of 1 + n·up, which no two numbers about a texel's normal tell."""
+    sheet = Sheet(shapes.plane(), 96)
+    v, u = np.indices((96, 96)) * (2.0 * np.pi / 13.0)
+    normals = unit(np.stack([0.7 * np.sin(u), 0.7 * np.sin(v), np.ones_like(u)], axis=2))
+    sheet.surface = replace(sheet.surface, texel_normals=normals.astype(np.float32))
+    sheet.surface_filter = SurfaceFilter(sheet.surface)
+    truth = np.where(sheet.owned, 0.4 + 0.5 * normals[..., 2] + 0.1 * normals[..., 0], 0.0)
+    assert rms((sheet.filter(sheet.noisy(truth, NOISE, 1), NOISE**2) - truth)[sheet.owned]) < 0.25 * NOISE
+    assert rms((sheet.filter(truth, NOISE**2) - truth)[sheet.owned]) < 0.05 * NOISE
 
 
 @pytest.mark.parametrize("exponent", EXPONENTS)
