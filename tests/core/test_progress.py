@@ -155,6 +155,23 @@ def test_every_kernel_call_looks_at_the_wish(stage: Scene) -> None:
     assert stopped.done == 0
 
 
+def test_a_tree_is_built_to_its_end_and_the_wish_heeded_then() -> None:
+    """Embree could be stopped in the midst, by exceptions through TBB that other threads did not outlive on Windows."""
+    target = world_mesh(shapes.instance(shapes.sphere(segments=600), shapes.matrix(), "large"), np.zeros(3))
+    scene, control = TraceScene(open_device()), Control()
+    scene.add(target.vertices, target.triangles)
+
+    def wish() -> None:
+        control.cancel = int(control.total > 0)  # once it has begun
+
+    with Watcher(wish), pytest.raises(Cancelled):
+        scene.commit(control)
+    assert control.done == control.total
+    scene.commit()
+    inwards = np.float32([[0.0, 0.0, -1.0]])
+    assert not scene.visible(-2.0 * inwards, inwards)[0]
+
+
 def test_building_occluders_is_cancelled(stage: Scene) -> None:
     progress = Progress()
     progress.cancel()
