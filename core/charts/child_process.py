@@ -127,12 +127,14 @@ def _asked(name: str, question: Any, progress: Tell) -> Any:
     head = (sys.version_info[:2], str(package.parent), package.name, sys.path)
     # -I: as in Blender, no PYTHON… variable and no user site; -B: nothing written beside the code.
     command = [_interpreter(), "-I", "-B", "-X", "utf8", "-c", _BOOT]
+    # Without a console on Windows, and so without a window and the process that serves it, which inherits the pipes
+    # where a child is killed as it starts (under Wine), and keeps them open.
     child = subprocess.Popen(
         command,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
-        creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+        creationflags=getattr(subprocess, "DETACHED_PROCESS", 0),
     )
     assert child.stdin and child.stdout and child.stderr
     talk = _Talk(progress)
