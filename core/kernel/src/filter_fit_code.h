@@ -16,7 +16,7 @@ constexpr float kNormalRidge = 1e-5F; // and to that of the normals, besides wha
 constexpr int kByPlace = 2;
 constexpr int kByNormal = 4;
 constexpr int kByOwnNormal = 5;
-constexpr int kMostSlopes = kByOwnNormal - kByPlace; // of the normals
+static_assert(kByOwnNormal - kByPlace <= kMostSlopes);
 
 // Weighted sums over the neighbours of sixteen points; places in spacings, values relative to each point's origin.
 template <int D> struct Moments {

@@ -167,8 +167,9 @@ struct Neighbours {
 };
 
 // How a cluster's guides change with the normals: along the tangents, and along the normal itself.
+constexpr int kMostSlopes = 3;
 struct NormalSlopes {
-  Lanes along[3];
+  Lanes along[kMostSlopes];
 };
 
 // What the filter's passes hand on, of each cluster.
