@@ -112,9 +112,12 @@ class Windows(System):
     platform, wheels, go = "windows-x64", "win_amd64", ("windows", "amd64")
     toolchain = "go1.21.0"  # programs of later ones ask Wine 8 for a library that it has not
 
-    @property
+    @cached_property
     def runner(self) -> list[str]:
-        return [program("wine", "wine", "wine64")]
+        wine = [program("wine", "wine", "wine64")]
+        # The first program of all makes the prefix, and one that begins meanwhile may fail.
+        run_piped([*wine, "wineboot", "--init"], self.environment)
+        return wine
 
     @property
     def environment(self) -> dict[str, str]:

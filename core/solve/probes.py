@@ -66,7 +66,12 @@ class Probes:
     @property
     def cost(self) -> int:
         """All their rays."""
-        return 2 * LANES * self.rays * len(self.texels)
+        return rays_of(len(self.texels), self.rays)
+
+    @property
+    def noise(self) -> float:
+        """The mean square of each estimate's own error, of the first row."""
+        return 0.5 * float(np.average((self.first[0] - self.second[0]) ** 2, weights=self.weight))
 
     def joined(self, others: Probes) -> Probes:
         """With others, of as many rays each, that were placed by other numbers."""
@@ -113,18 +118,23 @@ class Probes:
 
 
 def how_many(texels: int) -> int:
-    """Probes for a map of so many covered texels."""
+    """Probes for a map of so many covered texels, at most."""
     return min(max(texels // SHARE, FEWEST), MOST, texels)
 
 
-def place(expected: Floats, covered: Flags, seed: int) -> tuple[Longs, Doubles]:
+def rays_of(count: int, rays: int) -> int:
+    """All that so many probes take, of so many rays a lane."""
+    return 2 * LANES * rays * count
+
+
+def place(expected: Floats, covered: Flags, seed: int, most: int = MOST) -> tuple[Longs, Doubles]:
     """Choose texels to probe, half of them evenly and half by the expected squared error; texels and weights.
 
     expected: (H, W) float32, 0 where nothing is covered. Stratified: one texel from each of equal shares of the image,
     block by block.
     """
     texels, squares = block_sums(covered), block_sums(expected)
-    count = how_many(int(texels.sum()))
+    count = min(how_many(int(texels.sum())), most)
     if count == 0:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     mean = float(squares.sum() / texels.sum())
@@ -153,12 +163,6 @@ def rays_for(error: float) -> int:
     """
     rays = 0.5 * float(power(0.048 / max(error, 1e-9), 4.0 / 3.0))
     return 1 << round(math.log2(min(max(rays, FEWEST_LANE_RAYS), MOST_LANE_RAYS)))
-
-
-def rays_within(budget: float, count: int) -> int:
-    """Rays of a lane, so that `count` probes take at most so many rays in all."""
-    rays = budget / (2 * LANES * max(count, 1))
-    return 1 << int(math.log2(min(max(rays, 1.0), MOST_LANE_RAYS)))
 
 
 def draw(texels: Longs, weight: Doubles, rays: int, trace: Trace, totals: Totals) -> Probes:

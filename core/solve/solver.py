@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -16,9 +16,12 @@ from .probes import Error, Probes
 from .ray_source import RaySource
 from .upsample import Estimates, Upsampled
 
-_PROBED = 0.08  # of the rays may measure the error, where that is more than the least they need
-_DOUBTED = 0.15  # of a measured square may be its doubt, or it is measured again by twice the rays,
-_PROBED_MORE = 0.25  # and at more texels, as long as that takes no more of the rays: few may hold much of the error
+_PROBED, _FEWEST_FIRST = 0.5, 1536  # of the rays may measure the error at first; at so many texels at least
+_DOUBTED = 0.1  # of a measured square may be its doubt, or it is measured by more probes,
+_LEAST_MORE = 0.25  # so many of those that are there at least; or by twice the rays each where their own noise is more
+_NOISY = 8.0  # times the square
+_PROBED_MORE = 0.25  # of the rays may measure it in the end, where that is more than so many probes usually take
+_FAR = 2.0  # doubts above the goal an error needs no better measure
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,24 +161,41 @@ def _measure(
     traced: int,
     before: Probes | None = None,
 ) -> tuple[Probes, Error]:
-    """The error of a map that took so many rays, and its probes: those of the rounds before where they are as good."""
+    """The error of a map that took so many rays, and its probes: those of the rounds before, and more where they tell
+    too little. Few are begun with: most rounds are far from the goal, and any probes tell that."""
 
     def drawn(texels: Longs, weight: Doubles, rays: int) -> Probes:
+        source.enter("measuring the error")
         return probes.draw(texels, weight, rays, source.probe, source.spec.accumulator.totals)
 
-    count = probes.how_many(int(np.count_nonzero(covered)))
-    rays = max(probes.rays_for(likely_error(goal)), probes.rays_within(_PROBED * traced, count))
+    most, rays = probes.how_many(int(np.count_nonzero(covered))), probes.rays_for(likely_error(goal))
     probed = before
-    if probed is None or rays >= 2 * probed.rays:
-        source.enter("measuring the error")
-        probed = drawn(*probes.place(expected, covered, seed), rays)
+    if probed is None:
+        count = max(int(_PROBED * traced / probes.rays_of(1, rays)), _FEWEST_FIRST)
+        probed = drawn(*probes.place(expected, covered, seed, count), rays)
     error = probed.error(values)
-    if error.doubt > _DOUBTED * error.square and probed.rays < probes.MOST_LANE_RAYS:  # it is far below the goal
-        probed = drawn(probed.texels, probed.weight, 2 * probed.rays)
-        error = probed.error(values)
-    for other in itertools.count(seed + 1):
-        if error.doubt <= _DOUBTED * error.square or 2 * probed.cost > _PROBED_MORE * traced:
+    while _is_in_doubt(error, goal):
+        count = len(probed.texels)
+        noisy = probed.noise > _NOISY * error.square and probed.rays < probes.MOST_LANE_RAYS
+        more = count if noisy else _more(count, error)
+        usual = probes.rays_of(most, 2 * rays if noisy else rays)
+        if not 0 < probed.cost + probes.rays_of(more, probed.rays) <= max(_PROBED_MORE * traced, usual):
             break
-        probed = probed.joined(drawn(*probes.place(expected, covered, other), probed.rays))
+        if noisy:  # it is far below the goal
+            probed = drawn(probed.texels, probed.weight, 2 * probed.rays)
+        else:
+            probed = probed.joined(drawn(*probes.place(expected, covered, seed + count, more), probed.rays))
         error = probed.error(values)
     return probed, error
+
+
+def _more(count: int, error: Error) -> int:
+    """How many more probes than so many may take the doubt away; at most as many again, for it is an estimate, too."""
+    enough = (error.doubt / max(_DOUBTED * error.square, 1e-30)) ** 2
+    return math.ceil(count * min(max(enough - 1.0, _LEAST_MORE), 1.0))
+
+
+def _is_in_doubt(error: Error, goal: Goal) -> bool:
+    """Whether a measured error may be another, and that matters: not where it is above the goal by far."""
+    far = goal.error is not None and error.square - _FAR * error.doubt > goal.error**2
+    return error.doubt > _DOUBTED * error.square and not far

@@ -18,59 +18,42 @@ struct Direction {
   double x, y, z;
 };
 
-// The square onto the disk, keeping areas and neighbourhoods (Shirley & Chiu 1997).
-void concentric_disk(double u, double v, double &x, double &y) {
-  const double a = 2.0 * u - 1.0;
-  const double b = 2.0 * v - 1.0;
-  if (a == 0.0 && b == 0.0) {
-    x = y = 0.0;
-    return;
-  }
-  const bool wide = std::fabs(a) > std::fabs(b);
-  const double radius = wide ? a : b;
-  const double angle = wide ? (kPi / 4.0) * (b / a) : kPi / 2.0 - (kPi / 4.0) * (a / b);
-  x = radius * elementary::cos(angle);
-  y = radius * elementary::sin(angle);
-}
-
 // 1 - cos of the angle off the axis of a lobe of density (e+1)/(2 pi) cos^e, at r^2 of the disk: 1 - r^2 is uniform
 // there, so cos = (1 - r^2)^(1/(e+1)). Without cancellation, which a narrow lobe needs.
 double versine_of(double r2, double exponent) {
-  if (exponent == 1.0) { // the cosine lobe, which most maps are of, without logarithms
-    return r2 / (1.0 + std::sqrt(1.0 - r2));
-  }
   return r2 >= 1.0 ? 1.0 : -elementary::expm1(elementary::log1p(-r2) / (exponent + 1.0));
 }
 
+// A point of the disk.
+struct OnDisk {
+  double x, y, r2;
+};
+
 // About +z. share: what is left of the lobe within its narrowest cosine.
-Direction sample_lobe(double u, double v, double exponent, double share) {
-  double x = 0.0;
-  double y = 0.0;
-  concentric_disk(u, v, x, y);
-  const double r2 = std::min(x * x + y * y, 1.0);
-  const double versine = versine_of(r2 * share, exponent);
+Direction sample_lobe(const OnDisk &point, double exponent, double share) {
+  const double versine = versine_of(point.r2 * share, exponent);
   const double sine = std::sqrt(versine * (2.0 - versine));
-  const double stretch = r2 > 0.0 ? sine / std::sqrt(r2) : 0.0;
-  return {x * stretch, y * stretch, 1.0 - versine};
+  const double stretch = point.r2 > 0.0 ? sine / std::sqrt(point.r2) : 0.0;
+  return {point.x * stretch, point.y * stretch, 1.0 - versine};
 }
 
-Direction sample_sphere(double u, double v) {
-  double x = 0.0;
-  double y = 0.0;
-  concentric_disk(u, v, x, y);
-  const double r2 = std::min(x * x + y * y, 1.0);
-  const double stretch = 2.0 * std::sqrt(std::max(0.0, 1.0 - r2));
-  return {x * stretch, y * stretch, 1.0 - 2.0 * r2};
+// What that comes to for the whole cosine lobe, which most maps are of: the disk lifted onto the hemisphere.
+Direction sample_cosine(const OnDisk &point) { return {point.x, point.y, std::sqrt(1.0 - point.r2)}; }
+
+Direction sample_sphere(const OnDisk &point) {
+  const double stretch = 2.0 * std::sqrt(std::max(0.0, 1.0 - point.r2));
+  return {point.x * stretch, point.y * stretch, 1.0 - 2.0 * point.r2};
 }
 
-Direction sample_map(const ob_map &map, double u, double v) {
+Direction sample_map(const ob_map &map, const OnDisk &point) {
   switch (map.sampler) {
   case OB_SAMPLE_SPHERE:
-    return sample_sphere(u, v);
+    return sample_sphere(point);
   case OB_SAMPLE_HEMISPHERE:
-    return sample_lobe(u, v, 0.0, 1.0);
+    return sample_lobe(point, 0.0, 1.0);
   default:
-    return sample_lobe(u, v, map.exponent, share_of_lobe(map));
+    return map.exponent == 1.0 && !(map.cosine > 0.0) ? sample_cosine(point)
+                                                      : sample_lobe(point, map.exponent, share_of_lobe(map));
   }
 }
 
@@ -122,67 +105,144 @@ constexpr uint32_t spread_bits(uint32_t x) { // 16 bits to the even ones
 // A polynomial over GF(2) times p = x^2 + x + 1.
 constexpr uint32_t times_p(uint32_t polynomial) { return polynomial ^ (polynomial << 1) ^ (polynomial << 2); }
 
-// Of a tile's sequence, the point of a ray of the texel at a Morton index.
+// Of a tile's sequence, the point of a ray of the texel at a Morton index. Sums of rays and of Morton indices have the
+// sum (exclusive or) of what each comes to with 0 for the other.
 constexpr uint32_t index_of(uint32_t ray, uint32_t morton) {
   const uint32_t within_two = times_p(ray) ^ (morton & 3U);
   const uint32_t within_four = times_p(within_two) ^ ((morton >> 2) & 3U);
   return times_p(within_four) ^ (morton >> 4);
 }
 
-struct Drawn {
-  bool first_half;
-  Point4 point; // its first two dimensions; all four where they are asked for
+constexpr unsigned kDimensions = 4; // of a texel's directions two, and two of its footprint points
+
+// Coordinates of the points that the rays of the texel at Morton index 0 take, their bits in reverse.
+struct Sequence {
+  explicit Sequence(Chunk chunk) {
+    for (unsigned dimension = 0; dimension < kDimensions; ++dimension) {
+      for (int32_t i = 0; i < chunk.count; ++i) {
+        reversed[dimension].push_back(reversed_sobol(index_of(static_cast<uint32_t>(chunk.first + i), 0), dimension));
+      }
+    }
+  }
+
+  std::vector<uint32_t> reversed[kDimensions];
 };
 
 // A texel's rays of the chunk, sorted by the cell of the square, in Morton order, that their points' leading bits name.
 class Draws {
 public:
-  explicit Draws(int32_t count) : count_(count) {
+  Draws(const Sequence &sequence, int32_t count) : sequence_(sequence), order(static_cast<size_t>(count)) {
     while ((1 << bits_) < count) {
       ++bits_;
     }
-    points_.resize(static_cast<size_t>(count));
-    sorted_.resize(static_cast<size_t>(count));
-    cells_.resize(static_cast<size_t>(count));
+    cells_.resize(order.size());
+    for (std::vector<uint32_t> &each : point) {
+      each.resize(order.size());
+    }
   }
 
-  const std::vector<Drawn> &of(const Plan &plan, uint32_t seed, uint32_t morton, int32_t first, unsigned dimensions) {
-    starts_.assign((size_t{1} << bits_) + 1, 0);
-    const int32_t half = (plan.before + plan.rays) / 2;
-    for (int32_t i = 0; i < count_; ++i) {
-      const auto at = static_cast<size_t>(i);
-      const uint32_t index = index_of(static_cast<uint32_t>(first + i), morton);
-      points_[at] = {first + i < half, scrambled_sobol(index, seed, dimensions)};
-      cells_[at] = cell_of(points_[at].point);
-      ++starts_[cells_[at] + 1];
+  // dimensions: so many of a point's are drawn, the first ones.
+  void draw(uint32_t seed, uint32_t morton, unsigned dimensions) {
+    for (unsigned dimension = 0; dimension < dimensions; ++dimension) {
+      code_.scramble(sequence_.reversed[dimension].data(), static_cast<int64_t>(order.size()),
+                     reversed_sobol(index_of(0, morton), dimension), mix(seed, dimension), point[dimension].data());
     }
-    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-    for (size_t at = 0; at < points_.size(); ++at) {
-      sorted_[starts_[cells_[at]]++] = points_[at];
-    }
-    return sorted_;
+    sort();
   }
 
 private:
-  uint32_t cell_of(const Point4 &point) const {
+  void sort() {
+    starts_.assign((size_t{1} << bits_) + 1, 0);
+    for (size_t ray = 0; ray < order.size(); ++ray) {
+      cells_[ray] = cell_of(ray);
+      ++starts_[cells_[ray] + 1];
+    }
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+    for (size_t ray = 0; ray < order.size(); ++ray) {
+      order[starts_[cells_[ray]]++] = ray;
+    }
+  }
+
+  uint32_t cell_of(size_t ray) const {
     const int bits_x = (bits_ + 1) / 2;
     const int bits_y = bits_ / 2;
-    const uint32_t x = bits_x == 0 ? 0 : point.x[0] >> (32 - bits_x);
-    const uint32_t y = bits_y == 0 ? 0 : point.x[1] >> (32 - bits_y);
+    const uint32_t x = bits_x == 0 ? 0 : point[0][ray] >> (32 - bits_x);
+    const uint32_t y = bits_y == 0 ? 0 : point[1][ray] >> (32 - bits_y);
     return spread_bits(x) | (spread_bits(y) << 1);
   }
 
-  int32_t count_;
+  const PacketCode &code_ = choose_code(kLanes);
+  const Sequence &sequence_;
   int bits_ = 0;
-  std::vector<Drawn> points_, sorted_;
-  std::vector<uint32_t> cells_, starts_; // of each point, and of each cell where its points begin in the sorted ones
+  std::vector<uint32_t> cells_, starts_; // of each ray, and of each cell where its rays begin in the order
+
+public:
+  std::vector<size_t> order;                // rays of the chunk
+  std::vector<uint32_t> point[kDimensions]; // of each ray, by its number
 };
 
 // The footprint's cell that the third and fourth dimension fall into: side x side of them.
-uint8_t footprint_point_of(const Point4 &point, int32_t side) {
-  const auto cell = [&](uint32_t x) { return static_cast<int32_t>((uint64_t{x} * static_cast<uint64_t>(side)) >> 32); };
-  return static_cast<uint8_t>(cell(point.x[2]) + side * cell(point.x[3]));
+uint8_t footprint_point_of(uint32_t x, uint32_t y, int32_t side) {
+  const auto cell = [&](uint32_t at) {
+    return static_cast<int32_t>((uint64_t{at} * static_cast<uint64_t>(side)) >> 32);
+  };
+  return static_cast<uint8_t>(cell(x) + side * cell(y));
 }
+
+uint8_t cell_of(uint32_t x, uint32_t y, int32_t side) {
+  const auto along = [&](uint32_t at) { return (uint64_t{at} * static_cast<uint64_t>(side)) >> 32; };
+  return static_cast<uint8_t>(along(y) * static_cast<uint64_t>(side) + along(x));
+}
+
+// The directions of one texel's rays for one map, in their order.
+class Directions {
+public:
+  Directions(const ob_map &map, const ob_light *light) : map_(map), light_(light) {}
+
+  void fill(const Draws &draws, size_t first, size_t lane, DirectionTable &table) {
+    const size_t count = draws.order.size();
+    for (std::vector<double> *each : {&u_, &v_, &along_, &x_, &y_}) {
+      each->resize(count);
+    }
+    for (size_t k = 0; k < count; ++k) {
+      u_[k] = to_unit(draws.point[0][draws.order[k]]);
+      v_[k] = to_unit(draws.point[1][draws.order[k]]);
+      along_[k] = is_lit() && !is_of_light(u_[k]) ? u_[k] / map_.lobe_share : u_[k];
+    }
+    code_.concentric_disks(along_.data(), v_.data(), static_cast<int64_t>(count), x_.data(), y_.data());
+    for (size_t k = 0; k < count; ++k) {
+      store(first + k, lane, k, table);
+    }
+  }
+
+private:
+  void store(size_t ray, size_t lane, size_t k, DirectionTable &table) const {
+    const bool of_light = is_of_light(u_[k]);
+    if (of_light) {
+      table.world_space[ray] = static_cast<uint16_t>(table.world_space[ray] | (1U << lane));
+    }
+    const Direction direction = of_light
+                                    ? sample_light(*light_, (u_[k] - map_.lobe_share) / (1.0 - map_.lobe_share), v_[k])
+                                    : sample_map(map_, {x_[k], y_[k], std::min(x_[k] * x_[k] + y_[k] * y_[k], 1.0)});
+    float *place = table.directions.data() + ray * 3 * kLanes + lane;
+    place[0] = static_cast<float>(direction.x);
+    place[kLanes] = static_cast<float>(direction.y);
+    place[2 * kLanes] = static_cast<float>(direction.z);
+    if (!table.weights.empty()) {
+      table.weights[ray * kLanes + lane] = static_cast<float>(weight(map_, direction.z));
+    }
+  }
+
+  bool is_lit() const { return map_.accumulator == OB_ACCUMULATOR_LIGHT; }
+
+  // Directions of a map of light are drawn from its lobe below the lobe's share of u, and else from the light.
+  bool is_of_light(double u) const { return is_lit() && u >= map_.lobe_share; }
+
+  const PacketCode &code_ = choose_code(kLanes);
+  const ob_map &map_;
+  const ob_light *light_;
+  std::vector<double> u_, v_, along_, x_, y_;
+};
 
 struct TableFill {
   const ob_map *maps;
@@ -191,60 +251,52 @@ struct TableFill {
   std::vector<DirectionTable> *tables;
 };
 
-// Directions of a map of light are drawn from its lobe below the lobe's share of u, and else from the light.
-Direction sample_direction(const TableFill &fill, const ob_map &map, double u, double v, bool &world) {
-  world = map.accumulator == OB_ACCUMULATOR_LIGHT && u >= map.lobe_share;
-  if (map.accumulator != OB_ACCUMULATOR_LIGHT) {
-    return sample_map(map, u, v);
-  }
-  return world ? sample_light(*fill.light, (u - map.lobe_share) / (1.0 - map.lobe_share), v)
-               : sample_map(map, u / map.lobe_share, v);
-}
-
-uint8_t cell_of(const Point4 &point, int32_t side) {
-  const auto along = [&](uint32_t x) { return (uint64_t{x} * static_cast<uint64_t>(side)) >> 32; };
-  return static_cast<uint8_t>(along(point.x[1]) * static_cast<uint64_t>(side) + along(point.x[0]));
-}
-
-void store(const TableFill &fill, const Drawn &drawn, size_t ray, int lane) {
-  const double u = to_unit(drawn.point.x[0]);
-  const double v = to_unit(drawn.point.x[1]);
-  for (size_t m = 0; m < fill.tables->size(); ++m) {
-    DirectionTable &table = (*fill.tables)[m];
-    bool world = false;
-    const Direction direction = sample_direction(fill, fill.maps[m], u, v, world);
-    if (world) {
-      table.world_space[ray] = static_cast<uint16_t>(table.world_space[ray] | (1U << lane));
+void fill_schedule(const Plan &plan, Chunk chunk, const Draws &draws, size_t base, size_t lane, int32_t cells,
+                   Schedule &schedule) {
+  const int32_t half = (plan.before + plan.rays) / 2;
+  for (size_t k = 0; k < draws.order.size(); ++k) {
+    const size_t ray = draws.order[k];
+    const auto &point = draws.point;
+    if (cells > 0) {
+      schedule.cells[(base + k) * kLanes + lane] = cell_of(point[0][ray], point[1][ray], cells);
     }
-    float *place = table.directions.data() + ray * 3 * kLanes + lane;
-    place[0] = static_cast<float>(direction.x);
-    place[kLanes] = static_cast<float>(direction.y);
-    place[2 * kLanes] = static_cast<float>(direction.z);
-    if (!table.weights.empty()) {
-      table.weights[ray * kLanes + static_cast<size_t>(lane)] = static_cast<float>(weight(fill.maps[m], direction.z));
+    const bool first_half = chunk.first + static_cast<int32_t>(ray) < half;
+    schedule.first_half[base + k] |= static_cast<uint16_t>((first_half ? 1U : 0U) << lane);
+    if (lane == 0) {
+      schedule.footprint_points[base + k] = footprint_point_of(point[2][ray], point[3][ray], plan.side);
     }
   }
 }
 
-void fill_group(const Plan &plan, uint32_t seed, int group, size_t base, Chunk chunk, int32_t cells,
-                const TableFill &fill, Draws &draws) {
-  Schedule &schedule = *fill.schedule;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const auto morton = static_cast<uint32_t>(group * kLanes + lane);
-    const unsigned dimensions = lane == 0 ? 4 : 2; // the footprint points are the first lane's
-    const std::vector<Drawn> &drawn = draws.of(plan, seed, morton, chunk.first, dimensions);
-    for (size_t k = 0; k < drawn.size(); ++k) {
-      store(fill, drawn[k], base + k, lane);
-      if (cells > 0) {
-        schedule.cells[(base + k) * kLanes + static_cast<size_t>(lane)] = cell_of(drawn[k].point, cells);
-      }
-      schedule.first_half[base + k] |= static_cast<uint16_t>((drawn[k].first_half ? 1U : 0U) << lane);
-      if (lane == 0) {
-        schedule.footprint_points[base + k] = footprint_point_of(drawn[k].point, plan.side);
+// One thread's work.
+class GroupFill {
+public:
+  GroupFill(const Plan &plan, Chunk chunk, int32_t cells, const Sequence &sequence, const TableFill &fill)
+      : plan_(plan), chunk_(chunk), cells_(cells), fill_(fill), draws_(sequence, chunk.count) {
+    for (size_t m = 0; m < fill.tables->size(); ++m) {
+      directions_.emplace_back(fill.maps[m], fill.light);
+    }
+  }
+
+  void fill(uint32_t seed, size_t group, size_t base) {
+    for (size_t lane = 0; lane < kLanes; ++lane) {
+      // The footprint points are the first lane's.
+      draws_.draw(seed, static_cast<uint32_t>(group * kLanes + lane), lane == 0 ? kDimensions : 2);
+      fill_schedule(plan_, chunk_, draws_, base, lane, cells_, *fill_.schedule);
+      for (size_t m = 0; m < directions_.size(); ++m) {
+        directions_[m].fill(draws_, base, lane, (*fill_.tables)[m]);
       }
     }
   }
-}
+
+private:
+  const Plan &plan_;
+  Chunk chunk_;
+  int32_t cells_;
+  const TableFill &fill_;
+  Draws draws_;
+  std::vector<Directions> directions_;
+};
 
 // What all tiles share never averages out. Of 16 sets a whole image was 0.0019 off at 4 rays a texel, where single ones
 // are off by 0.13, and 0.00025 at 64; it falls as the root of their number.
@@ -292,29 +344,34 @@ double share_of_lobe(const ob_map &map) {
 void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, const ob_light *light,
                  int32_t cells, int threads, Schedule &schedule, std::vector<DirectionTable> &tables,
                  ob_control *control) {
-  const size_t rays = static_cast<size_t>(plan.sets) * kGroups * static_cast<size_t>(chunk.count);
+  if (schedule.place.empty()) {
+    schedule.place.resize(static_cast<size_t>(plan.sets) * kGroups);
+    std::iota(schedule.place.begin(), schedule.place.end(), 0);
+  }
+  const int32_t groups = 1 + *std::max_element(schedule.place.begin(), schedule.place.end());
+  const size_t rays = static_cast<size_t>(groups) * static_cast<size_t>(chunk.count);
   schedule.sets = plan.sets;
   schedule.rays = chunk.count;
-  schedule.footprint_points.assign(rays, 0);
+  schedule.footprint_points.resize(rays);
   schedule.first_half.assign(rays, 0);
-  schedule.cells.assign(cells > 0 ? rays * kLanes : 0, 0);
+  schedule.cells.resize(cells > 0 ? rays * kLanes : 0);
   tables.resize(static_cast<size_t>(map_count));
   for (int32_t m = 0; m < map_count; ++m) {
     DirectionTable &table = tables[static_cast<size_t>(m)];
-    table.directions.assign(rays * 3 * kLanes, 0.0F);
-    table.weights.assign(maps[m].sampler == OB_SAMPLE_LOBE ? 0 : rays * kLanes, 0.0F);
+    table.directions.resize(rays * 3 * kLanes);
+    table.weights.resize(maps[m].sampler == OB_SAMPLE_LOBE ? 0 : rays * kLanes);
     table.world_space.assign(maps[m].accumulator == OB_ACCUMULATOR_LIGHT ? rays : 0, 0);
   }
   const TableFill fill{maps, light, &schedule, &tables};
+  const Sequence sequence(chunk);
   run_parallel(threads, static_cast<int64_t>(plan.sets) * kGroups, [&](auto next) {
-    Draws draws(chunk.count);
+    GroupFill filled(plan, chunk, cells, sequence, fill);
     for (int64_t piece = next(); piece >= 0 && !cancelled(control); piece = next()) {
-      if (!schedule.used.empty() && schedule.used[static_cast<size_t>(piece)] == 0) {
-        continue;
+      if (const int32_t place = schedule.place[static_cast<size_t>(piece)]; place >= 0) {
+        const auto set = static_cast<uint32_t>(piece / kGroups);
+        const size_t base = static_cast<size_t>(place) * static_cast<size_t>(chunk.count);
+        filled.fill(mix(plan.seed, set), static_cast<size_t>(piece % kGroups), base);
       }
-      const auto set = static_cast<uint32_t>(piece / kGroups);
-      const size_t base = static_cast<size_t>(piece) * static_cast<size_t>(chunk.count);
-      fill_group(plan, mix(plan.seed, set), static_cast<int>(piece % kGroups), base, chunk, cells, fill, draws);
     }
   });
 }

@@ -27,7 +27,7 @@ constexpr int kGroups = 4;      // groups of sixteen texels in a tile
 constexpr int32_t kChunk = 256; // rays a texel in one go, at most: bounds the tables' memory
 constexpr int32_t kMostRays = 1 << 20;
 
-// What one map needs of one chunk of rays. [set][group][ray] and then the lanes.
+// What one map needs of one chunk of rays. [group of a set][ray] and then the lanes.
 struct DirectionTable {
   std::vector<float> directions;     // x, y, z about the axis, of 16 lanes each
   std::vector<float> weights;        // of 16 lanes; empty where every weight is 1
@@ -36,7 +36,8 @@ struct DirectionTable {
 
 // What all maps share.
 struct Schedule {
-  std::vector<uint8_t> used; // given: 1 for each group of a set that any texel takes; empty: all are
+  // Given: of each group of a set which of the tables' groups it is, -1 where no texel takes it; empty: all are there.
+  std::vector<int32_t> place;
   int32_t sets = 0;
   int32_t rays = 0;                      // a texel, in this chunk
   std::vector<uint8_t> footprint_points; // which footprint point the rays of a group start from
@@ -66,8 +67,8 @@ Plan plan_rays(int32_t rays, uint64_t seed, int32_t before = 0);
 // Of the footprint cells' own sequences the point that a chunk takes, by its number among the plan's.
 uint32_t footprint_index(const Plan &plan, size_t chunk);
 
-// Fills the schedule and one table a map for the chunk's rays of every texel of the groups that are used, 0 elsewhere;
-// in part where `control` is cancelled.
+// Fills the schedule and one table a map for the chunk's rays of every texel of the groups that are there; in part
+// where `control` is cancelled.
 //
 // light: that of maps of OB_ACCUMULATOR_LIGHT. cells: how many of them along the square's side; 0: they are not asked
 // for.

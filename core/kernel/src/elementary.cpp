@@ -1,11 +1,11 @@
 #include "elementary.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
 
+#include "elementary_series.h"
 #include "occlusion_kernel.h"
 #include "status.h"
 
@@ -13,36 +13,15 @@ namespace ob::elementary {
 namespace {
 
 // A series in z whose terms after these are below what a double tells apart.
-template <size_t Terms> double sum(const std::array<double, Terms> &coefficients, double z) {
+template <size_t Terms> double sum(const Series<Terms> &series, double z) {
   double sum = 0.0;
   for (size_t i = Terms; i-- > 0;) {
-    sum = sum * z + coefficients[i];
+    sum = sum * z + series.terms[i];
   }
   return sum;
 }
 
-template <size_t Terms, typename Coefficient> constexpr std::array<double, Terms> series(Coefficient coefficient) {
-  std::array<double, Terms> coefficients{};
-  for (size_t i = 0; i < Terms; ++i) {
-    coefficients[i] = coefficient(i);
-  }
-  return coefficients;
-}
-
-constexpr double factorial(size_t n) { return n < 2 ? 1.0 : static_cast<double>(n) * factorial(n - 1); }
-constexpr double alternating(size_t i) { return i % 2 == 0 ? 1.0 : -1.0; }
-
-// sin r = r sum(r^2), cos r = sum(r^2), exp r = 1 + r sum(r), artanh s = s sum(s^2), atan t = t sum(t^2).
-constexpr auto kSine = series<9>([](size_t i) { return alternating(i) / factorial(2 * i + 1); });
-constexpr auto kCosine = series<10>([](size_t i) { return alternating(i) / factorial(2 * i); });
-constexpr auto kExponential = series<14>([](size_t i) { return 1.0 / factorial(i + 1); });
-constexpr auto kArtanh = series<12>([](size_t i) { return 1.0 / static_cast<double>(2 * i + 1); });
-constexpr auto kArctangent = series<12>([](size_t i) { return alternating(i) / static_cast<double>(2 * i + 1); });
-
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kPi = 0x1.921fb54442d18p+1;
-// Of pi / 2 and ln 2 in parts: the first ones so short that small multiples of them are exact.
-constexpr double kQuarter[3] = {0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2e037073p-69};
 constexpr double kLn2[2] = {0x1.62e42feep-1, 0x1.a39ef35793c76p-33};
 
 double nearest(double x) { return std::floor(x + 0.5); }

@@ -202,6 +202,10 @@ struct FinePoints {
 
 // One instruction set's build of the steps.
 struct PacketCode {
+  // One coordinate of Sobol points, its bits in reverse (sobol.h), each with the same one added, scrambled by a seed.
+  void (*scramble)(const uint32_t *reversed, int64_t count, uint32_t added, uint32_t seed, uint32_t *points);
+  // Points of the square, 0 to 1, onto the disk, keeping areas and neighbourhoods.
+  void (*concentric_disks)(const double *u, const double *v, int64_t count, double *x, double *y);
   // One point in each cell of a side x side square, by point `index` of the cell's own scrambled sequence.
   void (*spread_points)(TexelGroup &, int side, uint32_t index_x, uint32_t index_y);
   // Positions and normals at the footprint points, by barycentric weights.

@@ -41,6 +41,7 @@ OB_INLINE Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 } // namespace
 } // namespace ob
 
+#include "disk_code.h"
 #include "filter_asking_code.h"
 #include "filter_fit_code.h"
 #include "filter_frames_code.h"
@@ -55,7 +56,9 @@ OB_INLINE Lanes at_least(Lanes x, Lanes bound) { return x > bound ? x : bound; }
 namespace ob {
 namespace {
 
-constexpr PacketCode kCode = {spread_points,
+constexpr PacketCode kCode = {scramble,
+                              concentric_disks,
+                              spread_points,
                               interpolate,
                               build_frames,
                               build_tangent_frames,

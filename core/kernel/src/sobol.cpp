@@ -49,7 +49,8 @@ constexpr std::array<Matrix, 4> kReversed = {reversed(van_der_corput()), reverse
                                              reversed(directions(3, 1, {1, 3, 1})),
                                              reversed(directions(3, 2, {1, 1, 1}))};
 
-// One coordinate, its bits in reverse: what a scramble begins with.
+} // namespace
+
 uint32_t reversed_sobol(uint32_t index, unsigned dimension) {
   if (dimension == 0) {
     return index;
@@ -59,24 +60,6 @@ uint32_t reversed_sobol(uint32_t index, unsigned dimension) {
     reversed ^= *column & (0U - (index & 1U));
   }
   return reversed;
-}
-
-} // namespace
-
-Point4 sobol(uint32_t index) {
-  Point4 point{};
-  for (unsigned dimension = 0; dimension < 4; ++dimension) {
-    point.x[dimension] = reversed_bits(reversed_sobol(index, dimension));
-  }
-  return point;
-}
-
-Point4 scrambled_sobol(uint32_t index, uint32_t seed, unsigned dimensions) {
-  Point4 point{};
-  for (unsigned dimension = 0; dimension < dimensions; ++dimension) {
-    point.x[dimension] = owen_scramble_reversed(reversed_sobol(index, dimension), mix(seed, dimension));
-  }
-  return point;
 }
 
 } // namespace ob

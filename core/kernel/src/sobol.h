@@ -48,17 +48,10 @@ constexpr float to_unit(uint32_t bits) { return static_cast<float>(bits >> 8) * 
 
 } // namespace
 
-struct Point4 {
-  uint32_t x[4];
-};
-
-// Point `index` of a Sobol sequence. Every aligned run of 2^k points is a (0, k, 2)-net in the first two dimensions.
-// The polynomials of its dimensions are x, x + 1, x^3 + x + 1 and x^3 + x^2 + 1: x^2 + x + 1, which would be the third,
-// is what tells apart the texels of a tile (direction_tables.h).
-Point4 sobol(uint32_t index);
-
-// The same with each dimension scrambled by a nested uniform (Owen) permutation drawn from the seed; still such nets.
-// dimensions: so many are made, the others are 0.
-Point4 scrambled_sobol(uint32_t index, uint32_t seed, unsigned dimensions = 4);
+// One coordinate of point `index` of a Sobol sequence in four dimensions, its bits in reverse, as scrambles begin with.
+// Every aligned run of 2^k points is a (0, k, 2)-net in the first two dimensions. The sum (exclusive or) of two indices
+// has the sum of their coordinates. The polynomials of the dimensions are x, x + 1, x^3 + x + 1 and x^3 + x^2 + 1:
+// x^2 + x + 1, which would be the third, is what tells apart the texels of a tile (direction_tables.h).
+uint32_t reversed_sobol(uint32_t index, unsigned dimension);
 
 } // namespace ob

@@ -354,8 +354,8 @@ int gather_group(const TexelSelection &selection, int32_t tile, int group, const
       out.seed[lane] = mix(mix(pattern.seed ^ turn, static_cast<uint32_t>(texel.x)), static_cast<uint32_t>(texel.y));
     }
   }
-  const Point4 point = sobol(pattern.index);
-  code.spread_points(out, pattern.side, point.x[0], point.x[1]);
+  const auto sobol = [&](unsigned dimension) { return reversed_bits(reversed_sobol(pattern.index, dimension)); };
+  code.spread_points(out, pattern.side, sobol(0), sobol(1));
   if (selection.list != nullptr) {
     turn_cells(pattern.side * pattern.side, out);
   }

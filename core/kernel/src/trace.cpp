@@ -98,7 +98,7 @@ uint32_t hash_of(const TraceJob &job, const GroupPlace &place) {
   return mix(mix(job.plan.seed, static_cast<uint32_t>(place.tile_x)), static_cast<uint32_t>(place.tile_y));
 }
 
-// Which of the tables' groups it takes, of those of all sets.
+// Which group it takes, of those of all sets.
 size_t table_group(const TraceJob &job, uint32_t hash, const GroupPlace &place) {
   return size_t{hash % static_cast<uint32_t>(job.plan.sets)} * kGroups + static_cast<size_t>(place.group);
 }
@@ -140,7 +140,7 @@ private:
 
   void turn_to(const GroupPlace &place) {
     const uint32_t hash = hash_of(job_, place);
-    table_group_ = table_group(job_, hash, place);
+    table_group_ = static_cast<size_t>(schedule_.place[table_group(job_, hash, place)]);
     const double turn = 6.283185307179586 * to_unit(mix(hash, 1U));
     cos_turn_ = static_cast<float>(elementary::cos(turn));
     sin_turn_ = static_cast<float>(elementary::sin(turn));
@@ -312,18 +312,20 @@ void find_tiles(TraceJob &job) {
   }
 }
 
-// Which groups of the sets any tile takes: a small image takes few of them.
-std::vector<uint8_t> used_groups(const TraceJob &job) {
-  std::vector<uint8_t> used(static_cast<size_t>(job.plan.sets) * kGroups);
+// Where in the tables each group of the sets stands that any tile takes: a small image takes few of them.
+std::vector<int32_t> places_in_tables(const TraceJob &job) {
+  std::vector<int32_t> places(static_cast<size_t>(job.plan.sets) * kGroups, -1);
+  int32_t count = 0;
   for (size_t i = 0; i < job.tiles.size(); ++i) {
     for (int group = 0; group < kGroups; ++group) {
       if (((job.tile_groups[i] >> group) & 1U) != 0) {
         const GroupPlace place = job.selection.place_of(job.tiles[i], group);
-        used[table_group(job, hash_of(job, place), place)] = 1;
+        int32_t &there = places[table_group(job, hash_of(job, place), place)];
+        there = there < 0 ? count++ : there;
       }
     }
   }
-  return used;
+  return places;
 }
 
 void clear_sums(const TraceJob &job) {
@@ -375,7 +377,7 @@ int32_t trace(TraceJob &job) {
   begin(job.control, job.texels * job.settings.rays * job.map_count);
   const int threads = thread_count(job.settings.threads);
   Schedule schedule;
-  schedule.used = used_groups(job);
+  schedule.place = places_in_tables(job);
   std::vector<DirectionTable> tables;
   for (size_t chunk = 0; chunk < job.chunks.size() && !cancelled(job.control); ++chunk) {
     const int64_t start = cycles();

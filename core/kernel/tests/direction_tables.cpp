@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "checks.h"
+#include "codes.h"
+#include "elementary.h"
 
 using ob::Chunk;
 using ob::DirectionTable;
@@ -51,6 +53,48 @@ template <typename Visit> static void each_direction(const Filled &filled, Visit
         const float weight = table.weights.empty() ? 1.0F : table.weights[ray * kLanes + lane];
         visit(group * kLanes + lane, k, Direction{d[0], d[kLanes], d[2 * kLanes], weight});
       }
+    }
+  }
+}
+
+// Shirley & Chiu, a number at a time, by the elementary functions of single numbers.
+static void check_on_disk(double u, double v, double x, double y) {
+  const double a = 2.0 * u - 1.0;
+  const double b = 2.0 * v - 1.0;
+  const bool wide = std::fabs(a) > std::fabs(b);
+  const double radius = wide ? a : b;
+  const double angle = wide ? (kPi / 4.0) * (b / a) : kPi / 2.0 - (kPi / 4.0) * (b == 0.0 ? 0.0 : a / b);
+  CHECK_EQUAL(x, radius * ob::elementary::cos(angle));
+  CHECK_EQUAL(y, radius * ob::elementary::sin(angle));
+}
+
+static void test_disks_are_the_same_by_all_instructions() {
+  Random random(7);
+  std::vector<double> u{0.5, 0.0, 1.0, 0.5, 0.25, 0.75, 0.25, 0.75, 0.0, 0x1.ffffffp-1};
+  std::vector<double> v{0.5, 0.0, 0.5, 1.0, 0.25, 0.75, 0.75, 0.25, 0x1.ffffffp-1, 0.0};
+  while (u.size() < 100003) {
+    u.push_back(random.unit());
+    v.push_back(random.once_in(9) ? u.back() : random.unit());
+  }
+  for (const ob::PacketCode *code : codes_that_run_here()) {
+    std::vector<double> x(u.size()), y(u.size());
+    code->concentric_disks(u.data(), v.data(), static_cast<int64_t>(u.size()), x.data(), y.data());
+    for (size_t i = 0; i < u.size(); ++i) {
+      check_on_disk(u[i], v[i], x[i], y[i]);
+    }
+  }
+}
+
+static void test_scrambles_are_the_same_by_all_instructions() {
+  std::vector<uint32_t> reversed(1003);
+  for (size_t i = 0; i < reversed.size(); ++i) {
+    reversed[i] = ob::mix(static_cast<uint32_t>(i));
+  }
+  for (const ob::PacketCode *code : codes_that_run_here()) {
+    std::vector<uint32_t> points(reversed.size());
+    code->scramble(reversed.data(), static_cast<int64_t>(reversed.size()), 0x9876U, 0x12345U, points.data());
+    for (size_t i = 0; i < reversed.size(); ++i) {
+      CHECK_EQUAL(points[i], ob::owen_scramble_reversed(reversed[i] ^ 0x9876U, 0x12345U));
     }
   }
 }
@@ -368,6 +412,8 @@ static void test_cancel_leaves_early() {
 }
 
 int main() {
+  test_disks_are_the_same_by_all_instructions();
+  test_scrambles_are_the_same_by_all_instructions();
   test_chunks_cover_the_rays_and_hold_all_or_one_half();
   test_rounds_begin_from_points_of_their_own();
   test_seeds_are_used_whole();

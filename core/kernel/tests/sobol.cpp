@@ -5,7 +5,26 @@
 
 #include "checks.h"
 
-using ob::Point4;
+struct Point4 {
+  uint32_t x[4];
+};
+
+static Point4 sobol(uint32_t index) {
+  Point4 point{};
+  for (unsigned dimension = 0; dimension < 4; ++dimension) {
+    point.x[dimension] = ob::reversed_bits(ob::reversed_sobol(index, dimension));
+  }
+  return point;
+}
+
+// Each dimension scrambled by a nested uniform (Owen) permutation of its own.
+static Point4 scrambled_sobol(uint32_t index, uint32_t seed) {
+  Point4 point = sobol(index);
+  for (unsigned dimension = 0; dimension < 4; ++dimension) {
+    point.x[dimension] = ob::owen_scramble(point.x[dimension], ob::mix(seed, dimension));
+  }
+  return point;
+}
 
 // The leading bits of a coordinate; none for 0.
 static uint32_t leading(uint32_t x, unsigned bits) { return bits == 0 ? 0 : x >> (32 - bits); }
@@ -26,7 +45,7 @@ static void check_net(const std::vector<Point4> &points, unsigned k) {
 static std::vector<Point4> run_of(uint32_t first, unsigned k, const uint32_t *seed) {
   std::vector<Point4> points(size_t{1} << k);
   for (Point4 &point : points) {
-    point = seed == nullptr ? ob::sobol(first) : ob::scrambled_sobol(first, *seed);
+    point = seed == nullptr ? sobol(first) : scrambled_sobol(first, *seed);
     ++first;
   }
   return points;
@@ -77,8 +96,8 @@ static void test_seeds_give_different_scrambles() {
     for (uint32_t b = 0; b < a; ++b) {
       int equal = 0;
       for (uint32_t i = 0; i < 64; ++i) {
-        const Point4 p = ob::scrambled_sobol(i, a);
-        const Point4 q = ob::scrambled_sobol(i, b);
+        const Point4 p = scrambled_sobol(i, a);
+        const Point4 q = scrambled_sobol(i, b);
         for (int dimension = 0; dimension < 4; ++dimension) {
           equal += p.x[dimension] >> 16 == q.x[dimension] >> 16 ? 1 : 0;
         }
@@ -113,7 +132,7 @@ static void test_scrambled_points_are_uniform() {
     for (int dimension = 0; dimension < 4; ++dimension) {
       double count[kCells] = {};
       for (uint32_t seed = 0; seed < 6400; ++seed) {
-        ++count[ob::scrambled_sobol(index, seed).x[dimension] >> 26];
+        ++count[scrambled_sobol(index, seed).x[dimension] >> 26];
       }
       double chi_square = 0.0;
       for (const double c : count) {
