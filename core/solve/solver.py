@@ -2,26 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..base.arrays import Doubles, Flags, Floats, Ints, Longs
-from . import probes
+from ..base.arrays import Flags, Floats, Ints
 from .adaptive_sampler import AdaptiveSampler
-from .goal import Goal, likely_error
+from .goal import Goal
+from .measure import measure
 from .probes import Error, Probes
 from .ray_source import RaySource
 from .upsample import Estimates, Upsampled
-
-_PROBED, _FEWEST_FIRST = 0.5, 1536  # of the rays may measure the error at first; at so many texels at least
-_DOUBTED = 0.1  # of a measured square may be its doubt, or it is measured by more probes,
-_LEAST_MORE = 0.25  # so many of those that are there at least; or by twice the rays each where their own noise is more
-_NOISY = 8.0  # times the square
-_PROBED_MORE = 0.25  # of the rays may measure it in the end, where that is more than so many probes usually take
-_FAR = 2.0  # doubts above the goal an error needs no better measure
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +42,7 @@ def solve(opening: tuple[Floats, Floats | None], owner: Ints, goal: Goal, seed: 
     if goal.plain:
         count = int(np.count_nonzero(covered))
         values, *more = (np.where(covered, row / np.float32(goal.rays), np.float32(0.0)) for row in opening[0])
-        probed, error = _measure(values, np.zeros_like(values), covered, goal, seed, source, goal.rays * count)
+        probed, error = measure(values, np.zeros_like(values), covered, goal, seed, source, goal.rays * count)
         return _with_more(Solved(values, covered, error, count * goal.rays), more, probed, source)
     rounds = AdaptiveSampler(owner, covered, goal, source)
     rounds.open(opening)
@@ -88,7 +80,7 @@ class Begun:
 
 def measured(rounds: AdaptiveSampler, goal: Goal, seed: int, source: RaySource) -> Begun:
     """What the first round brought."""
-    probed, error = _measure(rounds.values, rounds.expected, rounds.covered, goal, seed, source, rounds.rays)
+    probed, error = measure(rounds.values, rounds.expected, rounds.covered, goal, seed, source, rounds.rays)
     return Begun(rounds, probed, error, 0.0 if _is_enough(goal)(error) else rounds.growth(probed, error))
 
 
@@ -124,7 +116,7 @@ def _rounds_to(
     rounds: AdaptiveSampler, goal: Goal, seed: int, source: RaySource, enough: Callable[[Error], bool]
 ) -> tuple[Probes, Error]:
     """Rounds until the error that is measured is enough."""
-    probed, error = _measure(rounds.values, rounds.expected, rounds.covered, goal, seed, source, rounds.rays)
+    probed, error = measure(rounds.values, rounds.expected, rounds.covered, goal, seed, source, rounds.rays)
     return _rounds_on(rounds, probed, error, goal, seed, source, enough)
 
 
@@ -140,7 +132,7 @@ def _rounds_on(
     """The same from a measured error on."""
     covered = rounds.covered
     while not enough(error) and rounds.go_on(probed, error):
-        probed, error = _measure(rounds.values, rounds.expected, covered, goal, seed, source, rounds.rays, probed)
+        probed, error = measure(rounds.values, rounds.expected, covered, goal, seed, source, rounds.rays, probed)
     return probed, error
 
 
@@ -149,53 +141,3 @@ def _with_more(solved: Solved, rows: Sequence[Floats], probed: Probes, source: R
         return solved
     more: Floats = np.stack(rows)
     return replace(solved, more=more, more_error=probed.error_of_more(more, source.spec.accumulator))
-
-
-def _measure(
-    values: Floats,
-    expected: Floats,
-    covered: Flags,
-    goal: Goal,
-    seed: int,
-    source: RaySource,
-    traced: int,
-    before: Probes | None = None,
-) -> tuple[Probes, Error]:
-    """The error of a map that took so many rays, and its probes: those of the rounds before, and more where they tell
-    too little. Few are begun with: most rounds are far from the goal, and any probes tell that."""
-
-    def drawn(texels: Longs, weight: Doubles, rays: int) -> Probes:
-        source.enter("measuring the error")
-        return probes.draw(texels, weight, rays, source.probe, source.spec.accumulator.totals)
-
-    most, rays = probes.how_many(int(np.count_nonzero(covered))), probes.rays_for(likely_error(goal))
-    probed = before
-    if probed is None:
-        count = max(int(_PROBED * traced / probes.rays_of(1, rays)), _FEWEST_FIRST)
-        probed = drawn(*probes.place(expected, covered, seed, count), rays)
-    error = probed.error(values)
-    while _is_in_doubt(error, goal):
-        count = len(probed.texels)
-        noisy = probed.noise > _NOISY * error.square and probed.rays < probes.MOST_LANE_RAYS
-        more = count if noisy else _more(count, error)
-        usual = probes.rays_of(most, 2 * rays if noisy else rays)
-        if not 0 < probed.cost + probes.rays_of(more, probed.rays) <= max(_PROBED_MORE * traced, usual):
-            break
-        if noisy:  # it is far below the goal
-            probed = drawn(probed.texels, probed.weight, 2 * probed.rays)
-        else:
-            probed = probed.joined(drawn(*probes.place(expected, covered, seed + count, more), probed.rays))
-        error = probed.error(values)
-    return probed, error
-
-
-def _more(count: int, error: Error) -> int:
-    """How many more probes than so many may take the doubt away; at most as many again, for it is an estimate, too."""
-    enough = (error.doubt / max(_DOUBTED * error.square, 1e-30)) ** 2
-    return math.ceil(count * min(max(enough - 1.0, _LEAST_MORE), 1.0))
-
-
-def _is_in_doubt(error: Error, goal: Goal) -> bool:
-    """Whether a measured error may be another, and that matters: not where it is above the goal by far."""
-    far = goal.error is not None and error.square - _FAR * error.doubt > goal.error**2
-    return error.doubt > _DOUBTED * error.square and not far

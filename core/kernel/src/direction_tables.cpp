@@ -1,185 +1,16 @@
 #include "direction_tables.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
-#include "elementary.h"
+#include "direction_draws.h"
+#include "direction_sampling.h"
 #include "parallel.h"
 #include "sobol.h"
 #include "status.h"
 
 namespace ob {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
-
-struct Direction {
-  double x, y, z;
-};
-
-// 1 - cos of the angle off the axis of a lobe of density (e+1)/(2 pi) cos^e, at r^2 of the disk: 1 - r^2 is uniform
-// there, so cos = (1 - r^2)^(1/(e+1)). Without cancellation, which a narrow lobe needs.
-double versine_of(double r2, double exponent) {
-  return r2 >= 1.0 ? 1.0 : -elementary::expm1(elementary::log1p(-r2) / (exponent + 1.0));
-}
-
-// A point of the disk.
-struct OnDisk {
-  double x, y, r2;
-};
-
-// About +z. share: what is left of the lobe within its narrowest cosine.
-Direction sample_lobe(const OnDisk &point, double exponent, double share) {
-  const double versine = versine_of(point.r2 * share, exponent);
-  const double sine = std::sqrt(versine * (2.0 - versine));
-  const double stretch = point.r2 > 0.0 ? sine / std::sqrt(point.r2) : 0.0;
-  return {point.x * stretch, point.y * stretch, 1.0 - versine};
-}
-
-// What that comes to for the whole cosine lobe, which most maps are of: the disk lifted onto the hemisphere.
-Direction sample_cosine(const OnDisk &point) { return {point.x, point.y, std::sqrt(1.0 - point.r2)}; }
-
-Direction sample_sphere(const OnDisk &point) {
-  const double stretch = 2.0 * std::sqrt(std::max(0.0, 1.0 - point.r2));
-  return {point.x * stretch, point.y * stretch, 1.0 - 2.0 * point.r2};
-}
-
-Direction sample_map(const ob_map &map, const OnDisk &point) {
-  switch (map.sampler) {
-  case OB_SAMPLE_SPHERE:
-    return sample_sphere(point);
-  case OB_SAMPLE_HEMISPHERE:
-    return sample_lobe(point, 0.0, 1.0);
-  default:
-    return map.exponent == 1.0 && !(map.cosine > 0.0) ? sample_cosine(point)
-                                                      : sample_lobe(point, map.exponent, share_of_lobe(map));
-  }
-}
-
-// The part of [0, 1) that holds x, of parts that end at these cumulative probabilities; and where in it x lies,
-// below 1.
-int32_t sample_cdf(const float *ends, int32_t count, double x, double &within) {
-  const auto *end = std::upper_bound(ends, ends + count - 1, static_cast<float>(x));
-  const double low = end == ends ? 0.0 : static_cast<double>(end[-1]);
-  const double width = static_cast<double>(*end) - low;
-  within = width > 0.0 ? std::clamp((x - low) / width, 0.0, 1.0 - 0x1p-24) : 0.5;
-  return static_cast<int32_t>(end - ends);
-}
-
-// From the light's own density, in the scene's frame.
-Direction sample_light(const ob_light &light, double u, double v) {
-  double x = 0.0;
-  double y = 0.0;
-  const int32_t row = sample_cdf(light.row_cdf, light.size, v, y);
-  const int64_t first = static_cast<int64_t>(row) * light.size;
-  const int32_t column = sample_cdf(light.column_cdf + first, light.size, u, x);
-  x = 2.0 * (column + x) / light.size - 1.0;
-  y = 2.0 * (row + y) / light.size - 1.0;
-  const double z = 1.0 - std::fabs(x) - std::fabs(y);
-  if (z < 0.0) {
-    const double kept = x;
-    x = std::copysign(1.0 - std::fabs(y), x);
-    y = std::copysign(1.0 - std::fabs(kept), y);
-  }
-  const double length = std::sqrt(x * x + y * y + z * z);
-  return {x / length, y / length, z / length};
-}
-
-// Integrand over density; both are about the same axis.
-double weight(const ob_map &map, double cosine) {
-  const double solid_angle = map.sampler == OB_SAMPLE_SPHERE ? 4.0 * kPi : 2.0 * kPi;
-  if (!(cosine > 0.0) || cosine < map.cosine) {
-    return 0.0;
-  }
-  return (map.exponent + 1.0) / (2.0 * kPi) * elementary::pow(cosine, map.exponent) * solid_angle / share_of_lobe(map);
-}
-
-constexpr uint32_t spread_bits(uint32_t x) { // 16 bits to the even ones
-  x = (x | (x << 8)) & 0x00ff00ffU;
-  x = (x | (x << 4)) & 0x0f0f0f0fU;
-  x = (x | (x << 2)) & 0x33333333U;
-  return (x | (x << 1)) & 0x55555555U;
-}
-
-// A polynomial over GF(2) times p = x^2 + x + 1.
-constexpr uint32_t times_p(uint32_t polynomial) { return polynomial ^ (polynomial << 1) ^ (polynomial << 2); }
-
-// Of a tile's sequence, the point of a ray of the texel at a Morton index. Sums of rays and of Morton indices have the
-// sum (exclusive or) of what each comes to with 0 for the other.
-constexpr uint32_t index_of(uint32_t ray, uint32_t morton) {
-  const uint32_t within_two = times_p(ray) ^ (morton & 3U);
-  const uint32_t within_four = times_p(within_two) ^ ((morton >> 2) & 3U);
-  return times_p(within_four) ^ (morton >> 4);
-}
-
-constexpr unsigned kDimensions = 4; // of a texel's directions two, and two of its footprint points
-
-// Coordinates of the points that the rays of the texel at Morton index 0 take, their bits in reverse.
-struct Sequence {
-  explicit Sequence(Chunk chunk) {
-    for (unsigned dimension = 0; dimension < kDimensions; ++dimension) {
-      for (int32_t i = 0; i < chunk.count; ++i) {
-        reversed[dimension].push_back(reversed_sobol(index_of(static_cast<uint32_t>(chunk.first + i), 0), dimension));
-      }
-    }
-  }
-
-  std::vector<uint32_t> reversed[kDimensions];
-};
-
-// A texel's rays of the chunk, sorted by the cell of the square, in Morton order, that their points' leading bits name.
-class Draws {
-public:
-  Draws(const Sequence &sequence, int32_t count) : sequence_(sequence), order(static_cast<size_t>(count)) {
-    while ((1 << bits_) < count) {
-      ++bits_;
-    }
-    cells_.resize(order.size());
-    for (std::vector<uint32_t> &each : point) {
-      each.resize(order.size());
-    }
-  }
-
-  // dimensions: so many of a point's are drawn, the first ones.
-  void draw(uint32_t seed, uint32_t morton, unsigned dimensions) {
-    for (unsigned dimension = 0; dimension < dimensions; ++dimension) {
-      code_.scramble(sequence_.reversed[dimension].data(), static_cast<int64_t>(order.size()),
-                     reversed_sobol(index_of(0, morton), dimension), mix(seed, dimension), point[dimension].data());
-    }
-    sort();
-  }
-
-private:
-  void sort() {
-    starts_.assign((size_t{1} << bits_) + 1, 0);
-    for (size_t ray = 0; ray < order.size(); ++ray) {
-      cells_[ray] = cell_of(ray);
-      ++starts_[cells_[ray] + 1];
-    }
-    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-    for (size_t ray = 0; ray < order.size(); ++ray) {
-      order[starts_[cells_[ray]]++] = ray;
-    }
-  }
-
-  uint32_t cell_of(size_t ray) const {
-    const int bits_x = (bits_ + 1) / 2;
-    const int bits_y = bits_ / 2;
-    const uint32_t x = bits_x == 0 ? 0 : point[0][ray] >> (32 - bits_x);
-    const uint32_t y = bits_y == 0 ? 0 : point[1][ray] >> (32 - bits_y);
-    return spread_bits(x) | (spread_bits(y) << 1);
-  }
-
-  const PacketCode &code_ = choose_code(kLanes);
-  const Sequence &sequence_;
-  int bits_ = 0;
-  std::vector<uint32_t> cells_, starts_; // of each ray, and of each cell where its rays begin in the order
-
-public:
-  std::vector<size_t> order;                // rays of the chunk
-  std::vector<uint32_t> point[kDimensions]; // of each ray, by its number
-};
 
 // The footprint's cell that the third and fourth dimension fall into: side x side of them.
 uint8_t footprint_point_of(uint32_t x, uint32_t y, int32_t side) {
@@ -200,13 +31,13 @@ public:
   Directions(const ob_map &map, const ob_light *light) : map_(map), light_(light) {}
 
   void fill(const Draws &draws, size_t first, size_t lane, DirectionTable &table) {
-    const size_t count = draws.order.size();
+    const size_t count = draws.count();
     for (std::vector<double> *each : {&u_, &v_, &along_, &x_, &y_}) {
       each->resize(count);
     }
     for (size_t k = 0; k < count; ++k) {
-      u_[k] = to_unit(draws.point[0][draws.order[k]]);
-      v_[k] = to_unit(draws.point[1][draws.order[k]]);
+      u_[k] = to_unit(draws.at(k, 0));
+      v_[k] = to_unit(draws.at(k, 1));
       along_[k] = is_lit() && !is_of_light(u_[k]) ? u_[k] / map_.lobe_share : u_[k];
     }
     code_.concentric_disks(along_.data(), v_.data(), static_cast<int64_t>(count), x_.data(), y_.data());
@@ -254,16 +85,14 @@ struct TableFill {
 void fill_schedule(const Plan &plan, Chunk chunk, const Draws &draws, size_t base, size_t lane, int32_t cells,
                    Schedule &schedule) {
   const int32_t half = (plan.before + plan.rays) / 2;
-  for (size_t k = 0; k < draws.order.size(); ++k) {
-    const size_t ray = draws.order[k];
-    const auto &point = draws.point;
+  for (size_t k = 0; k < draws.count(); ++k) {
     if (cells > 0) {
-      schedule.cells[(base + k) * kLanes + lane] = cell_of(point[0][ray], point[1][ray], cells);
+      schedule.cells[(base + k) * kLanes + lane] = cell_of(draws.at(k, 0), draws.at(k, 1), cells);
     }
-    const bool first_half = chunk.first + static_cast<int32_t>(ray) < half;
+    const bool first_half = chunk.first + static_cast<int32_t>(draws.ray(k)) < half;
     schedule.first_half[base + k] |= static_cast<uint16_t>((first_half ? 1U : 0U) << lane);
     if (lane == 0) {
-      schedule.footprint_points[base + k] = footprint_point_of(point[2][ray], point[3][ray], plan.side);
+      schedule.footprint_points[base + k] = footprint_point_of(draws.at(k, 2), draws.at(k, 3), plan.side);
     }
   }
 }
@@ -272,7 +101,7 @@ void fill_schedule(const Plan &plan, Chunk chunk, const Draws &draws, size_t bas
 class GroupFill {
 public:
   GroupFill(const Plan &plan, Chunk chunk, int32_t cells, const Sequence &sequence, const TableFill &fill)
-      : plan_(plan), chunk_(chunk), cells_(cells), fill_(fill), draws_(sequence, chunk.count) {
+      : plan_(plan), chunk_(chunk), cells_(cells), fill_(fill), draws_(sequence) {
     for (size_t m = 0; m < fill.tables->size(); ++m) {
       directions_.emplace_back(fill.maps[m], fill.light);
     }
@@ -335,10 +164,6 @@ std::vector<Chunk> chunks_of(const Plan &plan) {
     first += count;
   }
   return chunks;
-}
-
-double share_of_lobe(const ob_map &map) {
-  return map.cosine > 0.0 ? -elementary::expm1((map.exponent + 1.0) * elementary::log(map.cosine)) : 1.0;
 }
 
 void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_count, const ob_light *light,

@@ -76,7 +76,4 @@ void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_
                  int32_t cells, int threads, Schedule &schedule, std::vector<DirectionTable> &tables,
                  ob_control *control);
 
-// What is left of a lobe within its narrowest cosine: 1 - cosine^(e+1).
-double share_of_lobe(const ob_map &map);
-
 } // namespace ob

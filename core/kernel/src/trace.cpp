@@ -10,6 +10,7 @@
 #include <immintrin.h>
 #endif
 
+#include "direction_sampling.h"
 #include "direction_tables.h"
 #include "elementary.h"
 #include "parallel.h"

@@ -2,11 +2,13 @@
 #include "direction_tables.h"
 
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "checks.h"
 #include "codes.h"
 #include "elementary.h"
+#include "sobol.h"
 
 using ob::Chunk;
 using ob::DirectionTable;
@@ -87,9 +89,7 @@ static void test_disks_are_the_same_by_all_instructions() {
 
 static void test_scrambles_are_the_same_by_all_instructions() {
   std::vector<uint32_t> reversed(1003);
-  for (size_t i = 0; i < reversed.size(); ++i) {
-    reversed[i] = ob::mix(static_cast<uint32_t>(i));
-  }
+  std::iota(reversed.begin(), reversed.end(), 1U << 20U);
   for (const ob::PacketCode *code : codes_that_run_here()) {
     std::vector<uint32_t> points(reversed.size());
     code->scramble(reversed.data(), static_cast<int64_t>(reversed.size()), 0x9876U, 0x12345U, points.data());

@@ -72,6 +72,14 @@ def test_joined_probes_tell_the_mean_of_both_and_doubt_it_less(truth: np.ndarray
     assert joined.cost == one.cost + other.cost == 2 * 2 * LANES * RAYS * len(one.texels)
 
 
+def test_the_noise_is_what_each_estimate_errs_by(truth: np.ndarray) -> None:
+    probes = measured(truth, truth, np.zeros_like(truth), np.ones_like(truth, dtype=bool))
+    expected = np.mean(truth * (1.0 - truth)) / (LANES * RAYS)
+    told = [each.noise for each in probes]
+    assert abs(np.mean(told) - expected) < 4.5 * np.std(told, ddof=1) / np.sqrt(len(told))  # p < 1e-5
+    assert np.std(told, ddof=1) < 0.1 * expected
+
+
 def test_where_all_agree_there_is_no_error() -> None:
     open_sky = np.ones((32, 32))
     (probes, *_) = measured(open_sky, open_sky, np.zeros_like(open_sky), np.ones_like(open_sky, dtype=bool))
@@ -87,6 +95,7 @@ def test_probes_lie_on_covered_texels_and_more_of_them_where_the_error_is_expect
     expected[:, 80:90] = 1.0
     texels, weight = place(expected, covered, 1)
     assert len(texels) == how_many(80 * SIDE) and covered.reshape(-1)[texels].all()
+    assert len(place(expected, covered, 1, most=100)[0]) == 100
     share = np.mean(texels % SIDE >= 80)
     assert share == pytest.approx(0.5 + 0.5 / 8, abs=0.01)
     assert np.average(texels % SIDE >= 80, weights=weight) == pytest.approx(1 / 8, abs=0.01)

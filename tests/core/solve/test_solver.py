@@ -12,6 +12,7 @@ from occlusion_bake.core.base.arrays import Floats, Longs
 from occlusion_bake.core.rays.map_spec import AO, reflection, sampled
 from occlusion_bake.core.scene.scene import Scene
 from occlusion_bake.core.solve.goal import Goal, first_rays
+from occlusion_bake.core.solve.probes import LANES, how_many
 from occlusion_bake.core.solve.solver import solve
 from occlusion_bake.core.solve.surface_filter import SurfaceFilter
 from occlusion_bake.tests.oracles import shapes
@@ -233,6 +234,28 @@ def test_what_is_told_with_much_doubt_is_measured_again_by_more_rays() -> None:
     told = solve(opening, np.zeros((64, 64), np.int32), Goal(4), 0, Probed()).error
     assert asked == [asked[0]] * 2 + [2 * asked[0]] * 2  # two estimates each time
     assert told.square < told.doubt * 8 and told.rmse < 0.05
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("held_by", [1.0, 0.03, 0.005])
+def test_an_error_is_measured_until_it_is_known_well_or_by_all_probes_there_may_be(held_by: float, seed: int) -> None:
+    """By few of them where all texels err alike. held_by: the share of texels that hold the error."""
+    side, random = 200, np.random.default_rng(seed)
+    off = random.random((side, side)) < held_by
+    probed: list[int] = []
+
+    class Probed(OneRound):
+        def probe(self, texels: Longs, rays: int) -> Floats:
+            probed.append(len(texels) // LANES)
+            return np.full((1, len(texels)), 0.25 * rays, dtype=np.float32)
+
+    opening = np.where(off, 0.75, 0.25).astype(np.float32)[np.newaxis], None
+    told = solve(opening, np.zeros((side, side), np.int32), Goal(1), seed, Probed()).error
+    count, most = sum(probed) // 2, how_many(side * side)  # two estimates each
+    assert count <= most
+    assert told.doubt <= 0.1 * told.square or 1.25 * count > most
+    assert (count < most / 2) == (held_by == 1.0)
+    assert abs(told.square - 0.25 * off.mean()) < 4.5 * max(told.doubt, 1e-9)
 
 
 def test_an_error_that_few_texels_hold_is_measured_at_more_of_them() -> None:
