@@ -175,7 +175,6 @@ void fill_tables(const Plan &plan, Chunk chunk, const ob_map *maps, int32_t map_
   }
   const int32_t groups = 1 + *std::max_element(schedule.place.begin(), schedule.place.end());
   const size_t rays = static_cast<size_t>(groups) * static_cast<size_t>(chunk.count);
-  schedule.sets = plan.sets;
   schedule.rays = chunk.count;
   schedule.footprint_points.resize(rays);
   schedule.first_half.assign(rays, 0);

@@ -38,7 +38,6 @@ struct DirectionTable {
 struct Schedule {
   // Given: of each group of a set which of the tables' groups it is, -1 where no texel takes it; empty: all are there.
   std::vector<int32_t> place;
-  int32_t sets = 0;
   int32_t rays = 0;                      // a texel, in this chunk
   std::vector<uint8_t> footprint_points; // which footprint point the rays of a group start from
   std::vector<uint16_t> first_half;      // a bit a lane: the ray is one of the first half of its texel's

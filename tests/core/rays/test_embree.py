@@ -188,6 +188,34 @@ def test_an_official_blender_is_searched(
     assert str(place) in {str(Path(path).resolve()) for path in candidates()}
 
 
+@pytest.mark.parametrize(
+    ("system", "folder", "library", "beside"),
+    [
+        ("linux", "embreex.libs", "libembree4-4aef3270.so.4", "libtbb-f3478d83.so.12"),
+        ("win32", "embreex.libs", "embree4.dll", "tbb12.dll"),
+        ("darwin", "embreex/.dylibs", "libembree4.4.dylib", "libtbb.12.11.dylib"),
+    ],
+)
+def test_the_wheel_is_searched_as_it_is_laid_out_on_each_system(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, system: str, folder: str, library: str, beside: str
+) -> None:
+    """Names as embreex 4.4.0.post1 has them; what it loads is beside it, and no candidate."""
+    (tmp_path / "embreex").mkdir()
+    (tmp_path / "embreex" / "__init__.py").touch()
+    place = tmp_path / folder
+    place.mkdir(exist_ok=True)
+    for name in (library, beside):
+        (place / name).touch()
+    monkeypatch.setattr(sys, "platform", system)
+    monkeypatch.setattr("occlusion_bake.core.rays.embree.find_library", lambda name: None)
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+    monkeypatch.delitem(sys.modules, "embreex", raising=False)
+    importlib.invalidate_caches()
+    first, *others = candidates()
+    assert Path(first) == place / library
+    assert not any(beside in path for path in others)
+
+
 def blender_at(program: Path | str) -> Any:
     """As much of bpy as the search looks at."""
     spec = importlib.util.spec_from_loader("bpy", loader=None)
