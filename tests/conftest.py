@@ -15,7 +15,7 @@ def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
     from occlusion_bake.core.solve import probes
 
     estimates = np.zeros((1, 0))
-    none = probes.Probes(np.zeros(0, dtype=np.int64), np.zeros(0), estimates, estimates, probes.MOST_LANE_RAYS)
+    none = probes.Probes(np.zeros(0, dtype=np.int64), np.zeros(0), estimates, estimates, probes.MOST_LANE_RAYS, 0)
     monkeypatch.setattr(probes, "draw", lambda *_: none)
 
 

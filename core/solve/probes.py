@@ -55,22 +55,26 @@ class Error:
 @dataclass(frozen=True, eq=False)
 class Probes:
     """texels: (N,) int64, y · W + x. weight: (N,) float64, 1 on average over the texels. first, second: (R, N) float64,
-    the two estimates of each of the map's rows. rays: of each lane."""
+    the two estimates of each of the map's rows. rays: of each lane. placed: how many were traced, those that turned out
+    to face away among them."""
 
     texels: Longs
     weight: Doubles
     first: Doubles
     second: Doubles
     rays: int
+    placed: int
 
     @property
     def cost(self) -> int:
         """All their rays."""
-        return rays_of(len(self.texels), self.rays)
+        return rays_of(self.placed, self.rays)
 
     @property
     def noise(self) -> float:
-        """The mean square of each estimate's own error, of the first row."""
+        """The mean square of each estimate's own error, of the first row; 0 of no probes."""
+        if not len(self.texels):
+            return 0.0
         return 0.5 * float(np.average((self.first[0] - self.second[0]) ** 2, weights=self.weight))
 
     def joined(self, others: Probes) -> Probes:
@@ -79,7 +83,7 @@ class Probes:
             np.concatenate(pair, axis=1) for pair in ((self.first, others.first), (self.second, others.second))
         )
         texels, weight = np.concatenate([self.texels, others.texels]), np.concatenate([self.weight, others.weight])
-        return Probes(texels, weight, first, second, self.rays)
+        return Probes(texels, weight, first, second, self.rays, self.placed + others.placed)
 
     def error(self, values: Floats) -> Error:
         """The error of a finished map, (H, W) float32, its first row."""
@@ -118,7 +122,7 @@ class Probes:
 
 
 def how_many(texels: int) -> int:
-    """Probes for a map of so many covered texels, at most."""
+    """Probes that a map of so many covered texels usually has, at most."""
     return min(max(texels // SHARE, FEWEST), MOST, texels)
 
 
@@ -130,8 +134,8 @@ def rays_of(count: int, rays: int) -> int:
 def place(expected: Floats, covered: Flags, seed: int, most: int = MOST) -> tuple[Longs, Doubles]:
     """Choose texels to probe, half of them evenly and half by the expected squared error; texels and weights.
 
-    expected: (H, W) float32, 0 where nothing is covered. Stratified: one texel from each of equal shares of the image,
-    block by block.
+    expected: (H, W) float32, 0 where nothing is covered. most: no more than so many. Stratified: one texel from each of
+    equal shares of the image, block by block.
     """
     texels, squares = block_sums(covered), block_sums(expected)
     count = min(how_many(int(texels.sum())), most)
@@ -172,7 +176,7 @@ def draw(texels: Longs, weight: Doubles, rays: int, trace: Trace, totals: Totals
     seen = np.all([each[0].min(axis=1, initial=0.0) >= 0.0 for each in images], axis=0)
     together = LANES * rays
     first, second = (totals(each[:, seen].sum(axis=2), together) / together for each in images)
-    return Probes(texels[seen], weight[seen], first, second, rays)
+    return Probes(texels[seen], weight[seen], first, second, rays, len(texels))
 
 
 def _quantile(values: Doubles, weight: Doubles, share: float) -> float:

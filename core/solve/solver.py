@@ -130,9 +130,11 @@ def _rounds_on(
     enough: Callable[[Error], bool],
 ) -> tuple[Probes, Error]:
     """The same from a measured error on."""
-    covered = rounds.covered
-    while not enough(error) and rounds.go_on(probed, error):
-        probed, error = measure(rounds.values, rounds.expected, covered, goal, seed, source, rounds.rays, probed)
+    goes_on = True
+    while goes_on and not enough(error):
+        goes_on = rounds.go_on(probed, error)
+        known = rounds.values, rounds.expected, rounds.covered
+        probed, error = measure(*known, goal, seed, source, rounds.rays, probed, final=not goes_on)
     return probed, error
 
 

@@ -20,7 +20,7 @@ except ImportError:  # numpy 1
     from numpy.core import _multiarray_umath as numpy_core  # type: ignore[no-redef]
 
 # Kernels of OpenBLAS from old to new, and what a processor needs for each.
-CORES = {"Prescott": "SSE3", "Haswell": "AVX2", "SkylakeX": "AVX512_SKX"}
+CORES = {"Prescott": "SSE3", "Haswell": "AVX2", "SkylakeX": "AVX512VL"}
 
 
 def maps_of(scene: Path, **environment: str) -> list[str]:
@@ -42,7 +42,10 @@ def test_maps_have_the_same_bits_whatever_numpy_runs_on(scene: Path) -> None:
     assert len(as_it_is) >= 20
     present = [name for name in numpy_core.__cpu_dispatch__ if numpy_core.__cpu_features__.get(name)]
     without = {"NPY_DISABLE_CPU_FEATURES": " ".join(present)} if present else {}
-    for core in (core for core, needs in CORES.items() if numpy_core.__cpu_features__.get(needs)):
+    cores = [core for core, needs in CORES.items() if numpy_core.__cpu_features__.get(needs)]
+    if not cores:
+        pytest.skip("OpenBLAS has the same kernels for every processor of this kind")
+    for core in cores:
         assert maps_of(scene, OPENBLAS_CORETYPE=core, **without) == as_it_is
 
 

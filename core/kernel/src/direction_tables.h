@@ -27,7 +27,7 @@ constexpr int kGroups = 4;      // groups of sixteen texels in a tile
 constexpr int32_t kChunk = 256; // rays a texel in one go, at most: bounds the tables' memory
 constexpr int32_t kMostRays = 1 << 20;
 
-// What one map needs of one chunk of rays. [group of a set][ray] and then the lanes.
+// What one map needs of one chunk of rays. [group of the tables][ray] and then the lanes.
 struct DirectionTable {
   std::vector<float> directions;     // x, y, z about the axis, of 16 lanes each
   std::vector<float> weights;        // of 16 lanes; empty where every weight is 1

@@ -99,6 +99,29 @@ static void test_scrambles_are_the_same_by_all_instructions() {
   }
 }
 
+static void test_tables_of_some_groups_hold_what_those_of_all_do() {
+  const Filled all = fill(kCosine, 20, 0);
+  const size_t rays = 20;
+  const std::pair<size_t, size_t> kSome[] = {{5, 1}, {37, 0}, {62, 2}}; // groups of the sets, and where they stand
+  Filled some{all.plan, all.chunk, {}, {}};
+  some.schedule.place.assign(all.schedule.place.size(), -1);
+  for (const auto &[group, place] : kSome) {
+    some.schedule.place[group] = static_cast<int32_t>(place);
+  }
+  ob::fill_tables(some.plan, some.chunk, &kCosine, 1, nullptr, 0, 1, some.schedule, some.tables, nullptr);
+  const auto same = [&](const auto &one, const auto &other, size_t wide) {
+    CHECK_EQUAL(other.size(), 3 * rays * wide);
+    for (const auto &[group, place] : kSome) {
+      const auto from = one.begin() + static_cast<std::ptrdiff_t>(group * rays * wide);
+      CHECK(std::equal(from, from + static_cast<std::ptrdiff_t>(rays * wide),
+                       other.begin() + static_cast<std::ptrdiff_t>(place * rays * wide)));
+    }
+  };
+  same(all.tables[0].directions, some.tables[0].directions, size_t{3} * kLanes);
+  same(all.schedule.footprint_points, some.schedule.footprint_points, 1);
+  same(all.schedule.first_half, some.schedule.first_half, 1);
+}
+
 static void test_chunks_cover_the_rays_and_hold_all_or_one_half() {
   for (const int32_t before : {0, 1, 64, 256, 1024}) {
     for (int32_t rays = 1; rays <= 3000; ++rays) {
@@ -414,6 +437,7 @@ static void test_cancel_leaves_early() {
 int main() {
   test_disks_are_the_same_by_all_instructions();
   test_scrambles_are_the_same_by_all_instructions();
+  test_tables_of_some_groups_hold_what_those_of_all_do();
   test_chunks_cover_the_rays_and_hold_all_or_one_half();
   test_rounds_begin_from_points_of_their_own();
   test_seeds_are_used_whole();
