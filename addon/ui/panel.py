@@ -33,6 +33,7 @@ from .translate import say
 
 # At a scale of 1, in pixels: what the sidebar's tabs and margins take, and an average letter.
 _FRAME, _LETTER = 56.0, 5.7
+_OF_ICON = 4  # letters
 _LISTED = 8  # occluders by name: a scene may hold thousands, and panels are drawn often
 
 
@@ -154,7 +155,8 @@ class OCCLUSION_BAKE_PT_result(_Sidebar, bpy.types.Panel):
 
 def _draw_wrapped(column: bpy.types.UILayout, context: bpy.types.Context, line: str, icon: Any = "NONE") -> None:
     """A line in as many as the sidebar's width asks for; the icon stands before the first."""
-    for part in wrap(line, _letters(context), subsequent_indent="   "):
+    beside = _OF_ICON if icon != "NONE" else 0
+    for part in wrap(line, _letters(context) - beside, subsequent_indent="   "):
         column.label(text=part, icon=icon, translate=False)
         icon = "BLANK1" if icon != "NONE" else icon
 

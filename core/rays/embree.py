@@ -53,6 +53,7 @@ def open_device(threads: int = 0) -> Device:
 
 @cache
 def _opened(threads: int) -> Device:
+    library()  # that this cannot be loaded is no fault of any Embree
     override = os.environ.get(OVERRIDE)
     refusals = []
     for path in [override] if override else candidates():

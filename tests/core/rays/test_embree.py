@@ -152,6 +152,16 @@ def test_no_embree_at_all_names_the_cure(monkeypatch: pytest.MonkeyPatch) -> Non
         open_anew()
 
 
+def test_a_kernel_that_cannot_be_loaded_is_no_fault_of_embree(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse() -> None:
+        raise InputError("the occlusion kernel cannot be loaded: it is not installed; reinstall the extension")
+
+    monkeypatch.setattr("occlusion_bake.core.rays.embree.library", refuse)
+    with pytest.raises(InputError, match=r"^the occlusion kernel cannot be loaded") as refused:
+        open_anew()
+    assert "Embree" not in str(refused.value)
+
+
 def test_a_broken_candidate_is_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(OVERRIDE, raising=False)
     working = open_device().path
