@@ -78,7 +78,7 @@ class _Measuring:
         whether there are more, all."""
         few = max(affordable // probes.rays_of(1, self.rays), _FEWEST_FIRST)
         several = self.source.spec.accumulator is not Accumulator.VISIBILITY
-        return self._placed(self.seed, self.usual if several else few)
+        return self._placed(self.seed, self.usual if several else few, self.rays)
 
     def surer(self, probed: Probes, error: Error) -> Probes | None:
         """Probes that tell the error better; None where they would cost too much."""
@@ -91,8 +91,8 @@ class _Measuring:
             return None
         return probed.joined(self._placed(self.seed + probed.placed, more, probed.rays))
 
-    def _placed(self, seed: int, count: int, rays: int = 0) -> Probes:
-        return self._drawn(*probes.place(self.expected, self.covered, seed, count), rays or self.rays)
+    def _placed(self, seed: int, count: int, rays: int) -> Probes:
+        return self._drawn(*probes.place(self.expected, self.covered, seed, count), rays)
 
     def _drawn(self, texels: Longs, weight: Doubles, rays: int) -> Probes:
         self.source.enter("measuring the error")

@@ -2,10 +2,11 @@
 #pragma once
 
 #include "chart_vectors.h"
+#include "elementary.h"
 
 namespace ob::flatten {
 
-constexpr double kPi = 3.14159265358979323846;
+using elementary::kPi;
 
 // The product of corners, each of an angle between 0 and pi, and how often their sum passed a half turn.
 struct TotalAngle {

@@ -8,7 +8,7 @@
 namespace ob {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
+using elementary::kPi;
 
 // 1 - cos of the angle off the axis of a lobe of density (e+1)/(2 pi) cos^e, at r^2 of the disk: 1 - r^2 is uniform
 // there, so cos = (1 - r^2)^(1/(e+1)). Without cancellation, which a narrow lobe needs.

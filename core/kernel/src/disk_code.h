@@ -3,6 +3,7 @@
 // Sines and cosines are those of elementary.h to the last bit, which says why.
 #pragma once
 
+#include "elementary.h"
 #include "elementary_series.h"
 #include "frames_code.h"
 

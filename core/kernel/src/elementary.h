@@ -5,6 +5,8 @@
 
 namespace ob::elementary {
 
+inline constexpr double kPi = 0x1.921fb54442d18p+1;
+
 double sin(double x); // up to a million either way; beyond that it is not a number
 double cos(double x); // the same
 double exp(double x);

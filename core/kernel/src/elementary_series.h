@@ -8,7 +8,6 @@ namespace ob::elementary {
 // Each file that includes these has its own copies, as of sobol.h.
 namespace {
 
-constexpr double kPi = 0x1.921fb54442d18p+1;
 // Of pi / 2 in parts: the first ones so short that small multiples of them are exact.
 constexpr double kQuarter[3] = {0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2e037073p-69};
 
