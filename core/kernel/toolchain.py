@@ -146,7 +146,8 @@ def build_library(library: Path, work: Path) -> None:
         raise SystemExit(f"no kernel sources in {SOURCES}")
     library.parent.mkdir(parents=True, exist_ok=True)
     objects, linked = compile_all(sources(), work, OPTIMISED), work / library.name
-    run([*compiler(), "-o", str(linked), *map(str, objects), "-pthread", *link_flags(work)])
+    # There, for zig leaves an empty a.o where it links for a Mac.
+    run([*compiler(), "-o", str(linked), *map(str, objects), "-pthread", *link_flags(work)], work)
     if system() == "win32":
         undate(linked)
     shutil.copy(linked, library)  # alone: for Windows some linkers put more beside it
@@ -219,10 +220,10 @@ def _version(*command: str) -> str:
     return subprocess.run([*command, "--version"], capture_output=True, text=True, check=True).stdout
 
 
-def run(command: Sequence[str]) -> None:
-    """Run a command, shown as it stands; SystemExit with one line when it fails."""
+def run(command: Sequence[str], folder: Path | None = None) -> None:
+    """Run a command in a folder, shown as it stands; SystemExit with one line when it fails."""
     print(shlex.join(command), flush=True)
-    if status := subprocess.run(command).returncode:
+    if status := subprocess.run(command, cwd=folder).returncode:
         raise SystemExit(f"{command[0]} ended with status {status}; its own lines above say why")
 
 
