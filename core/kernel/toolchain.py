@@ -14,6 +14,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -146,8 +147,7 @@ def build_library(library: Path, work: Path) -> None:
         raise SystemExit(f"no kernel sources in {SOURCES}")
     library.parent.mkdir(parents=True, exist_ok=True)
     objects, linked = compile_all(sources(), work, OPTIMISED), work / library.name
-    # There, for zig leaves an empty a.o where it links for a Mac.
-    run([*compiler(), "-o", str(linked), *map(str, objects), "-pthread", *link_flags(work)], work)
+    run([*compiler(), "-o", str(linked), *map(str, objects), "-pthread", *link_flags(work)])
     if system() == "win32":
         undate(linked)
     shutil.copy(linked, library)  # alone: for Windows some linkers put more beside it
@@ -217,13 +217,14 @@ def _digest(files: Sequence[Path], *words: str) -> str:
 @cache
 def _version(*command: str) -> str:
     """What a compiler says of itself: another version makes other objects."""
-    return subprocess.run([*command, "--version"], capture_output=True, text=True, check=True).stdout
+    with tempfile.TemporaryDirectory() as folder:  # zig leaves an empty a.o where it is asked, of a Mac's
+        return subprocess.run([*command, "--version"], cwd=folder, capture_output=True, text=True, check=True).stdout
 
 
-def run(command: Sequence[str], folder: Path | None = None) -> None:
-    """Run a command in a folder, shown as it stands; SystemExit with one line when it fails."""
+def run(command: Sequence[str]) -> None:
+    """Run a command, shown as it stands; SystemExit with one line when it fails."""
     print(shlex.join(command), flush=True)
-    if status := subprocess.run(command, cwd=folder).returncode:
+    if status := subprocess.run(command).returncode:
         raise SystemExit(f"{command[0]} ended with status {status}; its own lines above say why")
 
 
