@@ -11,7 +11,7 @@ def register() -> None:
     """Add properties, operators, panels and the command."""
     import bpy
 
-    from .cli import command
+    from .cli import command, terminal
     from .ui import menu, properties, request_renewal
 
     for each in _classes():
@@ -20,7 +20,7 @@ def register() -> None:
     menu.add_to_menus()
     request_renewal.start()
     register_command: Any = bpy.utils.register_cli_command  # which answers nothing in the stubs
-    _commands.append(register_command(command.NAME, command.blender_command))
+    _commands.append(register_command(terminal.NAME, command.blender_command))
 
 
 def unregister() -> None:

@@ -15,6 +15,7 @@ from .base.timing import Stopwatch
 from .charts.udim import in_tile, outside_tile, part_in_tile
 from .finish.atlas import Atlas
 from .finish.baked import Baked
+from .input_hash import InputHashes
 from .maps.occlusion import ambient_among
 from .part_bake import Layout, PartBaker, Shared
 from .progress import Progress
@@ -34,6 +35,7 @@ from .texels.tangent_space import TexelFrames, check_tangents
 __all__ = ["Baked", "Baker", "Goal", "Settings", "bake"]
 
 FARTHEST_CAMERA = 1e30  # float32 holds it, whatever the frame's origin
+_ANY_SIZE = (16, 16)  # whether UVs cover any texel does not depend on it
 _TEXELS = (0.0, 0.02)  # of the time that an object takes, for the progress bar; more in part_bake.py
 
 
@@ -61,6 +63,7 @@ class Baker:
         self._progress.expect(len(scene.targets))
         occluders = Occluders(self.device, scene.occluders, settings.rays, _reserved(scene))
         self._shared = Shared(scene, settings, self._progress, self.device, occluders)
+        self._hashes = InputHashes(scene, settings, occluders)
         self._untold = list(occluders.warnings)
 
     def bake(self, target: Instance, tile: int | None = None, size: tuple[int, int] | None = None) -> Baked:
@@ -78,11 +81,28 @@ class Baker:
         self._untold = []
         return baked
 
-    def _bake(self, target: Instance, tile: int | None, size: tuple[int, int]) -> Baked:
-        clock = Stopwatch()
+    def check(self, target: Instance, tile: int | None = None) -> None:
+        """Refuse at once what `bake` would refuse, as far as that can be told before anything is traced. Raises
+        InputError."""
+        self._checked(target)
+        self._texels(target, in_tile(target, tile), tile, _ANY_SIZE)
+
+    def inputs_of(self, target: Instance, tile: int | None = None) -> str:
+        """The hash of all that the texture of a target, or of one of its tiles, depends on (input_hash.py)."""
+        return self._hashes.of(target, tile)
+
+    def _checked(self, target: Instance) -> list[str]:
+        """Warnings on it."""
         warnings = check_target(target)
         if self._settings.needs_tangents:
             check_tangents(target)
+        return warnings
+
+    def _bake(self, target: Instance, tile: int | None, size: tuple[int, int]) -> Baked:
+        clock = Stopwatch()
+        warnings = self._checked(target)
+        with clock.stage("inputs"):
+            inputs = self.inputs_of(target, tile)
         laid_out = in_tile(target, tile)
         with clock.stage("texels"):
             texels = self._texels(target, laid_out, tile, size)
@@ -91,7 +111,8 @@ class Baker:
         baked = self._of_parts(layout)
         if target.name in self.scene.highs:
             warnings += missed_warning(target.name, baked.texels, int(np.count_nonzero(texels.owner >= 0)))
-        baked.surface.overlapped, baked.seconds, baked.tile = texels.overlapped, clock.seconds, tile
+        baked.surface.overlapped, baked.seconds = texels.overlapped, clock.seconds
+        baked.tile, baked.inputs = tile, inputs
         baked.warnings[:0] = warnings + texels.warnings + _what_is_wrong(target, baked)
         return baked
 

@@ -14,7 +14,7 @@ from ...core.base.timing import Stopwatch
 from ...core.charts.figures import ChartFigures
 from ...core.progress import Progress
 from ..read.blender_state import object_mode, synced
-from ..read.block_ref import BlockRef, find
+from ..read.block_ref import BlockRef, by_ref
 from ..read.writable_mesh import check_reachable
 from ..typed import library_of, view_layer_in
 from .chart_layout import ChartLayout, layout_steps
@@ -89,9 +89,8 @@ def _of(order: ChartOrder, charting: ChartJob) -> Iterator[None]:
 
 def _orders(context: bpy.types.Context, refs: Sequence[BlockRef], charting: ChartJob) -> list[ChartOrder]:
     """The layouts to be made; what would be refused when they are written is so now. Within `object_mode`."""
-    objects, found = synced(view_layer_in(context)), {}
-    for ref in refs:
-        obj = find(objects, ref)
+    found = {}
+    for ref, obj in by_ref(synced(view_layer_in(context)), refs).items():
         if obj is not None and obj.type == "MESH":
             with charting.refusing([ref]):
                 check_reachable(obj, ref.label)

@@ -17,16 +17,16 @@ from ...core.options.values import settings_of_command
 from ...core.settings import Settings, check_files
 
 
-class _Parser(argparse.ArgumentParser):
+class StrictParser(argparse.ArgumentParser):
     """Refuses with an exception of ours, so that a wrong option ends in one line as any other wrong input."""
 
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message}; --help lists the options")
 
 
-def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
-    """The command's parser; `with_file` where the scene is named in the command itself."""
-    made = _Parser(prog=prog, description="Bake ambient and reflection occlusion.", allow_abbrev=False)
+def parser(prog: str, *, with_file: bool, planning: bool = False) -> argparse.ArgumentParser:
+    """The command's parser. with_file: the scene is named in the command itself. planning: for `plan`."""
+    made = StrictParser(prog=prog, description="Bake ambient and reflection occlusion.", allow_abbrev=False)
     if with_file:
         made.add_argument("file", type=Path, metavar="FILE", help="a .blend, .obj, .glb, .gltf or .ply file")
     groups: dict[str, Any] = {"": made}
@@ -35,6 +35,12 @@ def parser(prog: str, *, with_file: bool) -> argparse.ArgumentParser:
             if flag.group not in groups:
                 groups[flag.group] = made.add_mutually_exclusive_group()
             groups[flag.group].add_argument(flag.name, dest=option.name, help=flag.help, **_arguments(option, flag))
+    if planning:
+        made.add_argument(
+            "--manifest",
+            metavar="FILE.json",
+            help="where to write what is to be baked (manifest.json beside the images); the scene goes beside it",
+        )
     # From one Blender to another: values of options by name, that stand over the others, who takes part (roles.py), and
     # the folder that a comparison alone goes to (compare/steps.py).
     made.add_argument("--values", type=Path, help=argparse.SUPPRESS)

@@ -76,23 +76,35 @@ def bake_steps(
     InputError where all are refused and for what concerns them all.
     """
     with outcome.clock.stage(REST):
-        outcome.states.update(dict.fromkeys(job.objects, WAITING))
-        refs: Sequence[BlockRef] = job.objects
-        if not job.layout.corners:
-            refs = yield from prepared_charts(context, job, progress, outcome, then=len(job.objects))
-        progress.enter("reading the scene")
-        with outcome.clock.stage("extract"):
-            refs, scene = _read(context, refs, job, outcome)
-            _refuse_without_faces(context, refs, scene, outcome)
-            if job.settings.needs_light:
-                scene = replace(scene, environment=read_world(scene_in(context)))
-            if job.layout.corners:
-                scene = _by_corners(context, refs, scene, job, outcome)
-        outcome.baker = Baker(scene, _settings(job), progress)
-        yield from _bake_all(refs, job, progress, outcome, deliver)
+        targets = yield from scene_steps(context, job, progress, outcome)
+        yield from _bake_all(targets, job, progress, outcome, deliver)
     outcome.complete = True
     if not outcome.finished:
         raise InputError(outcome.complaint(len(job.objects)))
+
+
+Targets = Mapping[BlockRef, Instance]
+
+
+def scene_steps(
+    context: bpy.types.Context, job: BakeJob, progress: Progress, outcome: Outcome
+) -> Generator[Callable[[], Any], Any, Targets]:
+    """A bake up to where it could begin: charts are made, the scene is read, the outcome has its baker. Returns the
+    targets that are not refused, in the job's order. Raises as `bake_steps`."""
+    outcome.states.update(dict.fromkeys(job.objects, WAITING))
+    refs: Sequence[BlockRef] = job.objects
+    if not job.layout.corners:
+        refs = yield from prepared_charts(context, job, progress, outcome, then=len(job.objects))
+    progress.enter("reading the scene")
+    with outcome.clock.stage("extract"):
+        refs, scene = _read(context, refs, job, outcome)
+        _refuse_without_faces(context, refs, scene, outcome)
+        if job.settings.needs_light:
+            scene = replace(scene, environment=read_world(scene_in(context)))
+        if job.layout.corners:
+            scene = _by_corners(context, refs, scene, job, outcome)
+    outcome.baker = Baker(scene, _settings(job), progress)
+    return {ref: each for ref, each in zip(refs, scene.targets, strict=True) if outcome.states[ref] != REFUSED}
 
 
 def _settings(job: BakeJob) -> Settings:
@@ -105,12 +117,9 @@ def _settings(job: BakeJob) -> Settings:
     return settings
 
 
-def _bake_all(refs: Sequence[BlockRef], job: BakeJob, progress: Progress, outcome: Outcome, deliver: Deliver) -> Steps:
+def _bake_all(given: Targets, job: BakeJob, progress: Progress, outcome: Outcome, deliver: Deliver) -> Steps:
     """One target after the other, each delivered, or put into the atlas, which is delivered at the end."""
-    assert outcome.baker is not None
-    scene = outcome.baker.scene
-    given = {ref: target for ref, target in zip(refs, scene.targets, strict=True) if outcome.states[ref] != REFUSED}
-    tiles = {ref: _tiles(target, job) for ref, target in given.items()}
+    tiles = {ref: uv_tiles(target, job) for ref, target in given.items()}
     progress.expect(sum(len(each.numbers) or 1 for each in tiles.values()))
     atlas, in_atlas = Atlas(job.layout.atlas), dict[BlockRef, Instance]()
     for ref, target in given.items():
@@ -204,7 +213,7 @@ def _by_corners(
     return with_corner_cells(scene)
 
 
-def _tiles(target: Instance, job: BakeJob) -> UvTiles:
+def uv_tiles(target: Instance, job: BakeJob) -> UvTiles:
     """Of a UDIM layout; none where the unit square alone is baked."""
     one_image = job.layout.corners or job.layout.atlas
     return UvTiles() if one_image else tiles_of(target.mesh, job.layout.udim)
@@ -262,13 +271,14 @@ def _share_times(outcome: Outcome, baked: Baked, *, alone: bool) -> None:
 
 def meshes_in_render(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
     """The view layer's mesh objects that render, in the Outliner's order; those without faces are left out."""
-    shown = {collection.session_uid for collection in _shown_collections(view_layer.layer_collection)}
+    collections = _shown_collections(view_layer.layer_collection)
+    shown = {obj.session_uid for collection in collections for obj in collection.objects}
     return [
         obj
         for obj in synced(view_layer)
         if obj.type == "MESH"
         and _renders_itself(obj)
-        and any(collection.session_uid in shown for collection in obj.users_collection)
+        and obj.session_uid in shown
         and (len(obj.data.polygons) or len(obj.modifiers))  # modifiers may make the faces
     ]
 

@@ -16,7 +16,7 @@ import bpy
 from ...core.base.errors import InputError
 from ...core.finish.file_names import FileNames, clean_name
 from ...core.finish.image_file import check_format, suffix
-from ...core.finish.map_files import check_file, first_file, tile_suffix, whole_path, write_map
+from ...core.finish.map_files import check_file, files_of, tile_suffix, whole_path, write_map
 from ...core.options import table
 from ...core.options.values import told_by_images
 from ...core.settings import Settings, check_files
@@ -94,7 +94,8 @@ class Destination:
         baked, others = result.baked, None
         wanted = path = self.file(result.name, name, settings, baked.tile)
         for number in count(2):
-            if not (shown := first_file(path, baked, name)).exists():
+            shown, *_ = files_of(path, baked.maps[name].kind, baked.tile, self.depth)
+            if not shown.exists():
                 break
             others = {self._names.same(str(file)) for file in owner.files_of_others()} if others is None else others
             if self._names.same(str(shown)) not in others:

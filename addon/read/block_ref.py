@@ -49,6 +49,12 @@ def find(blocks: Iterable[_Block], ref: BlockRef) -> _Block | None:
     return next((block for block in blocks if block.session_uid == ref.uid), None)
 
 
+def by_ref(blocks: Iterable[_Block], refs: Iterable[BlockRef]) -> dict[BlockRef, _Block | None]:
+    """`find` of many."""
+    there = {block.session_uid: block for block in blocks}
+    return {ref: there.get(ref.uid) for ref in refs}
+
+
 def labels_of(every: Iterable[bpy.types.ID], known: Iterable[BlockRef] = ()) -> dict[int, str]:
     """By session_uid, what all objects, or all collections, of the file are called, no two the same, nor as the ground:
     their names; where one is linked and another has its name, with its library, as in Blender's lists. known: those

@@ -73,11 +73,14 @@ class _Wanted:
         self.request = request
         self.refs = tuple(dict.fromkeys(request.targets))
         self.given = {ref: request.highs[ref] for ref in self.refs if ref in request.highs}
-        self.targets = [_target_object(view_layer, ref) for ref in self.refs]
-        self.highs = {
-            ref: [_target_object(view_layer, high) for high in each.meshes] for ref, each in self.given.items()
-        }
-        self.cages = {ref: _target_object(view_layer, each.cage) for ref, each in self.given.items() if each.cage}
+        there = {obj.session_uid: obj for obj in synced(view_layer)}
+
+        def wanted(ref: BlockRef) -> bpy.types.Object:
+            return _checked(ref, there.get(ref.uid), view_layer)
+
+        self.targets = [wanted(ref) for ref in self.refs]
+        self.highs = {ref: [wanted(high) for high in each.meshes] for ref, each in self.given.items()}
+        self.cages = {ref: wanted(each.cage) for ref, each in self.given.items() if each.cage}
         self.labels = labels_of(bpy.data.objects, self.refs)
 
     @property
@@ -99,8 +102,8 @@ class _Wanted:
         return {obj.as_pointer() for obj in (*self.surfaces, *self.cages.values())}
 
 
-def _target_object(view_layer: bpy.types.ViewLayer, ref: BlockRef) -> bpy.types.Object:
-    obj: bpy.types.Object | None = find(synced(view_layer), ref)
+def _checked(ref: BlockRef, obj: bpy.types.Object | None, view_layer: bpy.types.ViewLayer) -> bpy.types.Object:
+    """An object of the view layer that is to be read as a surface; None where it is not there. Raises InputError."""
     if obj is None:
         place = "the file" if find(bpy.data.objects, ref) is None else f"the view layer {view_layer.name}"
         raise InputError(f"{ref.label}: no such object in {place}; check the name, or include its collection")

@@ -1,10 +1,12 @@
-"""The version, read from the manifest, where alone it stands."""
+"""The version, read from the manifest, where alone it stands, and the algorithm's, which stands here."""
 
 from __future__ import annotations
 
 import tomllib
 from functools import cache
 from pathlib import Path
+
+ALGORITHM = 1  # one more whenever a bake of the same input gets other bits: what was baked before is baked again then
 
 
 @cache

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ..base.arrays import Floats
+from ..base.digest import digest
 from .baked import Baked, BakedMap, SurfaceReport
 from .map_finisher import with_margin
 from .margin import covered_mean
@@ -21,11 +24,13 @@ class Atlas:
         self._name = name
         self._whole: Baked | None = None
         self._maps: dict[str, _Map] = {}
+        self._inputs: list[str] = []
 
     def add(self, part: Baked) -> None:
         """The next object's bake."""
         for name, each in part.maps.items():
             self._maps.setdefault(name, _Map(each)).add(each)
+        self._inputs.append(part.inputs)
         whole = self._whole or Baked(self._name, part.size, SurfaceReport(), 0, {})
         whole.surface = _together(whole.surface, part.surface)
         whole.rays += part.rays
@@ -39,6 +44,7 @@ class Atlas:
         whole = self._whole
         assert whole is not None
         shared = next(iter(self._maps.values())).shared
+        whole.inputs = atlas_inputs(self._inputs, margin)
         whole.maps = {name: each.finish(margin) for name, each in self._maps.items()}
         if shared:
             whole.surface.texels -= shared
@@ -48,6 +54,11 @@ class Atlas:
                 "each shows one of them: bake with new charts, or move them apart"
             )
         return whole
+
+
+def atlas_inputs(parts: Sequence[str], margin: int) -> str:
+    """The hash of what an atlas depends on, by those of its parts in order; empty where one is."""
+    return digest(parts, margin).hex() if all(parts) else ""
 
 
 class _Map:

@@ -82,7 +82,8 @@ class SurfaceReport:
 @dataclass(eq=False)
 class Baked:
     """One baked object, or an atlas of several. size: width and height. rays: those of all its maps. maps: by name.
-    seconds: by stage. tile: of a UDIM layout, None where there is none."""
+    seconds: by stage. tile: of a UDIM layout, None where there is none. inputs: the hash of what it depends on
+    (input_hash.py), empty where that was not asked for."""
 
     name: str
     size: tuple[int, int]
@@ -92,6 +93,7 @@ class Baked:
     seconds: dict[str, float] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
     tile: int | None = None
+    inputs: str = ""
 
     @property
     def texels(self) -> int:

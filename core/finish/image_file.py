@@ -73,6 +73,7 @@ FORMATS = {
     ),
 }
 SUFFIXES = tuple(suffix for each in FORMATS.values() for suffix in each.suffixes)
+_NO_END = "its end is missing"
 _TYPE_NAMES = {"uint8": "uint8", "uint16": "uint16", "float16": "half", "float32": "float"}
 
 
@@ -232,6 +233,17 @@ def read_image(path: Path | str) -> tuple[Floats, dict[str, str | int | float]]:
     return np.ascontiguousarray(values, dtype=np.float32), metadata
 
 
+def read_metadata(path: Path | str) -> dict[str, str | int | float]:
+    """The metadata of `read_image` alone. Raises InputError for a file that is missing, or whose end is."""
+    image = _opened(path)
+    spec = image.spec()
+    shape, metadata = (spec.height, spec.width, spec.nchannels), json_object(spec.getattribute("ImageDescription"))
+    image.close()
+    if not _is_whole(Path(path), shape):
+        raise _unreadable(path, _NO_END)
+    return metadata
+
+
 def _opened(path: Path | str) -> Any:
     """OpenImageIO's input, which multiplies nothing by alpha. Raises InputError."""
     check_utf8(path)
@@ -347,7 +359,7 @@ def _save(file: Path, spec: Any, pixels: NDArray[Any], path: Path) -> None:
     closed = output is not None and output.close()
     if done and not cause and closed and _is_whole(file, pixels.shape):
         return
-    cause = one_line(cause.replace(str(file), path.name)) or "its end is missing"
+    cause = one_line(cause.replace(str(file), path.name)) or _NO_END
     raise InputError(f"{path}: could not be written whole ({cause}); check that the disk has room")
 
 

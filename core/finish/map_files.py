@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ..base.atomic_file import check_place, check_writable, leads_to
+from ..base.digest import digest
 from ..base.errors import InputError
 from ..base.foreign_text import check_utf8
-from .baked import Baked, Metadata
-from .image_file import SUFFIXES, check_format, names_channels, suffix, write_image
-from .map_images import picture_file, write_code
+from .baked import Baked, MapKind, Metadata
+from .image_file import SUFFIXES, check_format, read_image, read_metadata, suffix, write_image
+from .map_images import code_files, write_code
 from .report import image_metadata
+
+_INPUTS = "inputs"  # in a file's description
 
 
 @dataclass
@@ -31,34 +35,67 @@ class Folder:
         check_writable(self.path)
         self.path = leads_to(self.path)
 
+    def files(self, kinds: Iterable[MapKind], stem: str, tile: int | None) -> dict[str, Path]:
+        """The files of an object's maps by map, of a code that takes several numbered. stem: the object's file name
+        (FileNames)."""
+        found: dict[str, Path] = {}
+        for kind in kinds:
+            files = files_of(self._place(kind.name, stem, tile), kind, tile, self.depth)
+            found |= dict(zip(_numbered(kind.name, len(files)), files, strict=True))
+        return found
+
     def write(self, baked: Baked, asked: Metadata, stem: str) -> dict[str, Path]:
-        """Write every map of an object; returns the paths by map. asked: what was, for their description. stem: the
-        object's file name (FileNames).
+        """Write every map of an object; returns the paths by map, as `files` does. asked: what was, for their
+        description.
 
         Raises InputError, the old file untouched."""
-        files: dict[str, Path] = {}
         for name in baked.maps:
-            path = self.path / f"{stem}_{name}{tile_suffix(baked.tile)}{suffix(self.format)}"
-            written = write_map(path, baked, name, asked, depth=self.depth, dither=self.dither)
-            several = len(written) > 1
-            files |= {f"{name}_{number}" if several else name: file for number, file in enumerate(written)}
-        return files
+            path = self._place(name, stem, baked.tile)
+            write_map(path, baked, name, asked, depth=self.depth, dither=self.dither)
+        return self.files((each.kind for each in baked.maps.values()), stem, baked.tile)
+
+    def _place(self, name: str, stem: str, tile: int | None) -> Path:
+        return self.path / f"{stem}_{name}{tile_suffix(tile)}{suffix(self.format)}"
+
+
+def _numbered(name: str, count: int) -> list[str]:
+    return [f"{name}_{number}" for number in range(count)] if count > 1 else [name]
 
 
 def write_map(path: Path, baked: Baked, name: str, asked: Metadata, *, depth: int, dither: bool) -> list[Path]:
     """Write one map of an object, with what it says of itself; of a directional code there may be several files, which
     are returned. Raises InputError, the old file untouched."""
-    each, metadata = baked.maps[name], image_metadata(baked, name, asked)
+    each = baked.maps[name]
+    metadata = {**image_metadata(baked, name, asked), **inputs_told(baked.inputs, depth, dither=dither)}
     if (code := each.kind.directional) is not None:
         return write_code(path, each, code, tile=tile_suffix(baked.tile), depth=depth, metadata=metadata)
     write_image(path, each.values, depth=depth, coverage=each.coverage, metadata=metadata, dither=dither)
     return [path]
 
 
-def first_file(path: Path, baked: Baked, name: str) -> Path:
-    """The file, of several the first, that `write_map` writes."""
-    several = baked.maps[name].kind.directional is not None and not names_channels(path)
-    return picture_file(path, 0, tile_suffix(baked.tile)) if several else path
+def files_of(path: Path, kind: MapKind, tile: int | None, depth: int) -> list[Path]:
+    """The files that `write_map` writes of a map."""
+    code = kind.directional
+    return [path] if code is None else code_files(path, code, tile=tile_suffix(tile), depth=depth)
+
+
+def inputs_told(inputs: str, depth: int, *, dither: bool) -> Metadata:
+    """What a file says of all that it depends on: of what was baked, and of how it was written; nothing where that is
+    not known. What says the same need not be baked again."""
+    return {_INPUTS: digest(inputs, depth, dither).hex()} if inputs else {}
+
+
+def bear(files: Iterable[Path], told: Metadata, *, thoroughly: bool = True) -> bool:
+    """Whether all these files are there, to their ends, and say this of their inputs. thoroughly: and can be read."""
+    try:
+        for file in files:
+            if read_metadata(file).get(_INPUTS) != told[_INPUTS]:
+                return False
+            if thoroughly:
+                read_image(file)
+    except InputError:
+        return False
+    return True
 
 
 def tile_suffix(tile: int | None) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..base.arrays import Floats
-from ..spherical.directional_format import DirectionalFormat, channel_names, in_fours, ranges, to_images
+from ..spherical.directional_format import DirectionalFormat, channel_names, image_count, in_fours, ranges, to_images
 from .baked import BakedMap, Metadata
 from .image_file import names_channels, write_image
 
@@ -32,9 +32,12 @@ def pictures(name: str, made: BakedMap) -> Iterator[tuple[str, Floats]]:
         yield f"{name}_{number}", part
 
 
-def picture_file(path: Path, number: int, tile: str) -> Path:
-    """One of the pictures of a code. tile: as `write_code` has it."""
-    return path.with_name(f"{path.stem.removesuffix(tile)}_{number}{tile}{path.suffix}")
+def code_files(path: Path, code: DirectionalFormat, *, tile: str, depth: int) -> list[Path]:
+    """The files that `write_code` writes, by the same arguments."""
+    if names_channels(path):
+        return [path]
+    stem = path.stem.removesuffix(tile)
+    return [path.with_name(f"{stem}_{number}{tile}{path.suffix}") for number in range(image_count(code, depth))]
 
 
 def write_code(
@@ -46,14 +49,14 @@ def write_code(
 
     Raises InputError, the old files untouched.
     """
+    files = code_files(path, code, tile=tile, depth=depth)
     if names_channels(path):
         write_image(path, made.values, depth=depth, metadata=metadata, channels=channel_names(code))
-        return [path]
-    most, files = (1 << depth) - 1, list[Path]()
+        return files
+    most = (1 << depth) - 1
     low, high = (each.tolist() for each in ranges(code))
-    for number, picture in enumerate(to_images(made.values, code, depth)):
-        files.append(picture_file(path, number, tile))
+    for number, (file, picture) in enumerate(zip(files, to_images(made.values, code, depth), strict=True)):
         four = slice(_MOST_CHANNELS * number, _MOST_CHANNELS * (number + 1))
         told = {**metadata, "low": str(low[four]), "high": str(high[four])}
-        write_image(files[-1], picture.astype(np.float32) / np.float32(most), depth=depth, metadata=told)
+        write_image(file, picture.astype(np.float32) / np.float32(most), depth=depth, metadata=told)
     return files

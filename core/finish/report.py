@@ -16,7 +16,10 @@ from ..rays.embree import Device
 from .baked import Baked, Metadata
 from .compare import Comparison
 
-STAGES = ("extract", "charts", "texels", "build", "inside", "trace", "solve", "probe", "finish", "code", "write")
+STAGES = (
+    *("extract", "charts", "inputs", "texels", "build", "inside"),
+    *("trace", "solve", "probe", "finish", "code", "write"),
+)
 Json = dict[str, Any]
 
 
@@ -45,6 +48,16 @@ def object_entry(baked: Baked, files: Mapping[str, Path]) -> Json:
 def error_in_words(entry: Json, name: str) -> str:
     """The error of one of the entry's maps."""
     return f"±{entry['error'][name]:.4f} (99 % within {entry['p99'][name]:.4f})"
+
+
+def summary(entry: Json) -> str:
+    """An entry in a line."""
+    seconds, (width, height) = entry["seconds"], entry["size"]
+    errors = ", ".join(f"{name} {error_in_words(entry, name)}" for name in entry["error"])
+    return (
+        f"{entry['name']}: {width}x{height}, {entry['texels']:,} texels, {entry['rays']:,} rays in "
+        f"{seconds['total']:.2f} s ({million_rays_per_second(entry):.1f} million rays a second); RMSE {errors}"
+    )
 
 
 def rays_per_texel(entry: Json) -> float:

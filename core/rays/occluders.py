@@ -125,27 +125,28 @@ class Occluders:
         Raises Cancelled, MemoryError.
         """
         part = part or parts_of(target)[0]
-        own = frozenset(self._place_of(each) for each in surface or [target]) - {-1}
+        own = frozenset(self.place_of(each) for each in surface or [target]) - {-1}
         box = part.low.tobytes(), part.high.tobytes()
         key = (target.name, id(target.mesh), target.matrix.tobytes(), *box, own, rays)
         if self._latest is None or self._latest[0] != key:
             self._latest = None  # free the old tree before the new one grows
-            self._latest = key, self._build(self._within_reach(target, part), part, own, rays, control)
+            self._latest = key, self._build(self.within_reach(target, part.low, part.high), part, own, rays, control)
         return self._latest[1]
 
     def number_of(self, target: Instance, frame: TraceFrame) -> int:
         """The target's own geometry in a frame's scene, as `TraceScene.add` numbered it; -1: it does not occlude."""
-        return frame.numbers.get(self._place_of(target), -1)
+        return frame.numbers.get(self.place_of(target), -1)
 
-    def _place_of(self, target: Instance) -> int:
+    def place_of(self, target: Instance) -> int:
+        """The target's own geometry in the list of occluders; -1: it does not occlude."""
         named = self._named.get(target.name, ())
         return next((place for place in named if _is_same(self._instances[place], target)), -1)
 
-    def _within_reach(self, target: Instance, part: Part) -> Flags:
-        """(N,) bool: occluders whose boxes come as near the part's as rays go."""
-        low, high = self._boxes[:, 0], self._boxes[:, 1]
-        near: Flags = np.isfinite(self._boxes).all(axis=(1, 2))
-        near[near] = _gaps(low[near], high[near], part) <= min(self._options.reach * (1.0 + 1e-6), FARTHEST)
+    def within_reach(self, target: Instance, low: Doubles, high: Doubles) -> Flags:
+        """(N,) bool: those that a box about the target, or a part of it, can be blocked by.
+
+        low, high: (3,) float64, world space."""
+        near = within_reach(self._boxes, low, high, self._options.reach)
         for owner, served in self._reserved.items():
             if target.name not in served:
                 near[self._owned.get(owner, [])] = False
@@ -227,7 +228,7 @@ def _stands_flat(rows: _Rows, used: Longs, part: Part, budget: float) -> Flags:
     """(N,) bool, of the rows that are used: those that would be rounded too much, and the nearest of the others that
     have no more triangles than the budget together."""
     middle, half = rows.middle[used], rows.half[used]
-    gap = _gaps(middle - half, middle + half, part)
+    gap = _gaps(middle - half, middle + half, part.low, part.high)
     away = length_of(middle - part.origin) + part.radius + length_of(half)
     flat: Flags = ~(away * rows.stretch[used] <= PRECISE * np.maximum(part.radius, gap))
     others = np.flatnonzero(~flat)
@@ -236,9 +237,16 @@ def _stands_flat(rows: _Rows, used: Longs, part: Part, budget: float) -> Flags:
     return flat
 
 
-def _gaps(low: Doubles, high: Doubles, part: Part) -> Doubles:
-    """(N,): how far boxes are from a part's."""
-    gaps: Doubles = length_of(np.maximum(np.maximum(low - part.high, part.low - high), 0.0))
+def within_reach(boxes: Doubles, low: Doubles, high: Doubles, reach: float) -> Flags:
+    """(N,) bool: which of (N, 2, 3) boxes come as near another, low to high, as rays go; none that is not finite."""
+    near: Flags = np.isfinite(boxes).all(axis=(1, 2))
+    near[near] = _gaps(boxes[near, 0], boxes[near, 1], low, high) <= min(reach * (1.0 + 1e-6), FARTHEST)
+    return near
+
+
+def _gaps(low: Doubles, high: Doubles, box_low: Doubles, box_high: Doubles) -> Doubles:
+    """(N,): how far boxes are from another."""
+    gaps: Doubles = length_of(np.maximum(np.maximum(low - box_high, box_low - high), 0.0))
     return gaps
 
 

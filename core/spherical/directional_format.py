@@ -14,12 +14,13 @@ from typing import Any, Literal, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.arrays import Floats, Reals
+from ..base.arrays import Bytes, Floats, Reals
 from ..base.errors import InputError
 from . import spherical_harmonics, visibility_mask
 from .hemisphere_cells import check_cells, check_side, coarser
 
 Kind = Literal["sh", "mask", "cells"]
+_FOUR = 4  # channels of an image
 _ENCODINGS: dict[int, type[np.unsignedinteger[Any]]] = {8: np.uint8, 16: np.uint16}
 
 
@@ -126,11 +127,21 @@ def to_images(values: Floats, code: DirectionalFormat, depth: int) -> list[NDArr
     return list(in_fours(whole, most))
 
 
+def image_count(code: DirectionalFormat, depth: int) -> int:
+    """How many `to_images` makes. Raises InputError for another depth."""
+    return -(-_stored_channels(code, depth) // _FOUR)
+
+
+def _stored_channels(code: DirectionalFormat, depth: int) -> int:
+    """Of all images of a code together."""
+    return code.count // np.dtype(_encoding(code, depth)).itemsize if code.kind == "mask" else code.count
+
+
 def in_fours(channels: NDArray[Any], left_over: float) -> Iterator[NDArray[Any]]:
     """(h, w, c) → pictures of four channels each, (h, w, 4); channels that are left over hold that value."""
-    for place in range(0, channels.shape[2], 4):
-        four = channels[..., place : place + 4]
-        yield np.pad(four, ((0, 0), (0, 0), (0, 4 - four.shape[2])), constant_values=left_over)
+    for place in range(0, channels.shape[2], _FOUR):
+        four = channels[..., place : place + _FOUR]
+        yield np.pad(four, ((0, 0), (0, 0), (0, _FOUR - four.shape[2])), constant_values=left_over)
 
 
 def from_images(images: Sequence[NDArray[Any]], code: DirectionalFormat) -> Floats:
@@ -138,13 +149,11 @@ def from_images(images: Sequence[NDArray[Any]], code: DirectionalFormat) -> Floa
 
     Raises InputError for another number of images or type of array.
     """
-    encoding = _encoding(code, 8 * images[0].itemsize if images else 0)
-    channels = code.count if code.kind != "mask" else code.count // np.dtype(encoding).itemsize
-    if len(images) != -(-channels // 4) or any(each.dtype != encoding for each in images):
-        raise InputError(
-            f"{code.name}: {len(images)} images; give {-(-channels // 4)} of {images[0].itemsize * 8} bits"
-        )
-    whole = np.concatenate(images, axis=2)[..., :channels]
+    depth = 8 * images[0].itemsize if images else 0
+    encoding = _encoding(code, depth)
+    if len(images) != image_count(code, depth) or any(each.dtype != encoding for each in images):
+        raise InputError(f"{code.name}: {len(images)} images; give {image_count(code, depth)} of {depth} bits")
+    whole = np.concatenate(images, axis=2)[..., : _stored_channels(code, depth)]
     if code.kind == "mask":
         stored = np.ascontiguousarray(whole, dtype=np.dtype(encoding).newbyteorder("<"))
         return stored.view(np.uint8).astype(np.float32)
@@ -159,6 +168,6 @@ def _encoding(code: DirectionalFormat, depth: int) -> type[np.unsignedinteger[An
     return _ENCODINGS[depth]
 
 
-def _bytes(values: Floats) -> visibility_mask.Bytes:
+def _bytes(values: Floats) -> Bytes:
     """Bytes that were kept as numbers, or that went through a file."""
     return np.rint(np.clip(values, 0.0, 255.0)).astype(np.uint8)

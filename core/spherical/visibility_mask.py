@@ -12,16 +12,13 @@ from __future__ import annotations
 from math import ceil, pi, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..base.arrays import Doubles, Floats, Reals
+from ..base.arrays import Bytes, Doubles, Floats, Reals
 from ..base.elementary import powers, product
 from ..base.errors import InputError
 from ..base.vectors import length_of
 from .hemisphere_cells import check_cells, check_side, subcells
 from .lobe import check_exponent, open_horizon
-
-Bytes = NDArray[np.uint8]
 
 _PARTS = 2.0  # pieces of a cell to a side, for each 1/√(e + 1) that the cell is wide
 _MOST_PARTS = 24  # enough for exponent 1000; a lobe that falls between pieces takes the nearest

@@ -223,7 +223,7 @@ def test_a_result_tells_what_was_done() -> None:
     assert baked.texels == 32 * 32 and baked.rays == 32 * 32 * 8 * 2
     assert [result.rays for result in baked.maps.values()] == [32 * 32 * 8] * 2
     assert list(baked.maps) == ["ao", "ro_10"]
-    assert set(baked.seconds) == {"texels", "build", "inside", "trace", "solve", "probe", "finish"}
+    assert set(baked.seconds) == {"inputs", "texels", "build", "inside", "trace", "solve", "probe", "finish"}
     assert all(seconds >= 0 for seconds in baked.seconds.values())
     assert baked.warnings == []
     values = baked.maps["ao"].values

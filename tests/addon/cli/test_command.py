@@ -719,8 +719,8 @@ def test_a_cancel_stays_one_where_what_is_done_cannot_be_saved(bake: Any, monkey
     def unsaved(*_: Any) -> None:
         raise InputError("scene_charts.blend: there is no room")
 
-    monkeypatch.setattr(command, "_summary", cancelled)
-    monkeypatch.setattr(command, "_save_copy", unsaved)
+    monkeypatch.setattr(command, "summary", cancelled)
+    monkeypatch.setattr(command, "save_copy", unsaved)
     for place, name in enumerate(("First", "Second")):
         blender.bare_cube(name, location=(9 * place, 0, 0))
     run = bake("--objects", "First", "Second")

@@ -1,0 +1,129 @@
+"""What many machines baked, put together: the atlas of its parts, one report, and what is missing."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..finish.atlas import Atlas
+from ..finish.map_files import Folder, bear, inputs_told
+from ..finish.report import Json, object_entry, write_report
+from ..options.values import told_by_images
+from .atlas_parts import read_part
+from .manifest import Item, Manifest, Places
+from .records import Records
+from .selection import told_items
+
+_NAMED = 5  # items in the line on what is missing
+
+
+@dataclass
+class Merged:
+    """entries: of what is there, as in a report of one run. missing: numbers of items that are not baked. refused: a
+    line for each that cannot be, those from planning first."""
+
+    entries: list[Json] = field(default_factory=list)
+    missing: list[int] = field(default_factory=list)
+    refused: list[str] = field(default_factory=list)
+    embree: set[str] = field(default_factory=set)
+
+    @property
+    def complete(self) -> bool:
+        """Whether all that was planned is there."""
+        return not self.missing and not self.refused
+
+
+def merge(places: Places, manifest: Manifest, folder: Folder) -> Merged:
+    """Look at all items, make the atlas where all of its parts are there, and write the report; a second time nothing
+    changes. Raises InputError where that cannot be written."""
+    merged, parts = Merged(refused=list(manifest.refused)), list[tuple[Item, Json]]()
+    records = Records(places, manifest, folder)
+    for number, item in enumerate(manifest.items):
+        record = records.of(item)
+        if record is not None and record.refused:
+            merged.refused.append(record.refused)
+        elif record is None or record.entry is None or not records.are_there(item, thoroughly=False):
+            merged.missing.append(number)
+        else:
+            merged.embree.add(record.embree)
+            parts.append((item, _entry(item, record.entry, folder)))
+    if manifest.atlas is None:
+        merged.entries = _once_told(parts)
+    elif not merged.missing and parts:
+        merged.entries = [_atlas(places, manifest, folder, [item for item, _ in parts])]
+    _write_report(places, manifest, merged)
+    return merged
+
+
+def complaint(manifest: Manifest, merged: Merged) -> str:
+    """What is not there, and how to get it, in a line; empty where all is."""
+    lines = []
+    if merged.missing:
+        names = [manifest.items[number].key for number in merged.missing[:_NAMED]]
+        more = f" and {len(merged.missing) - _NAMED} more" if len(merged.missing) > _NAMED else ""
+        lines.append(
+            f"{len(merged.missing)} of {len(manifest.items)} items are not baked ({', '.join(names)}{more}); bake "
+            f"--items {told_items(merged.missing)}"
+        )
+    if merged.refused:
+        lines.append(f"{len(merged.refused)} cannot be baked; {merged.refused[0]}")
+    return "; ".join(lines)
+
+
+def _entry(item: Item, entry: Json, folder: Folder) -> Json:
+    """An item's entry as in a report of one run."""
+    files = {name: str(folder.path / file) for name, file in item.files.items()}
+    return {**entry, "files": files, **({"charts": item.charts} if item.charts else {})}
+
+
+def _once_told(parts: list[tuple[Item, Json]]) -> list[Json]:
+    """The entries, of tiles of one object each line with the first that has it."""
+    told: dict[int, set[str]] = {}
+    entries = []
+    for item, entry in parts:
+        known = told.setdefault(item.target, set())
+        entries.append({**entry, "warnings": [line for line in entry["warnings"] if line not in known]})
+        known.update(entry["warnings"])
+    return entries
+
+
+def _atlas(places: Places, manifest: Manifest, folder: Folder, items: list[Item]) -> Json:
+    """Make it of its parts, where it is not there yet; its entry."""
+    plan, settings = manifest.atlas, manifest.bake_settings
+    assert plan is not None
+    atlas = Atlas(plan.name)
+    for item in items:
+        atlas.add(read_part(places.part(item), settings.maps))
+    baked = atlas.finish(settings.image.margin)
+    files = {name: folder.path / file for name, file in plan.files.items()}
+    told = inputs_told(baked.inputs, folder.depth, dither=folder.dither)
+    if not bear(files.values(), told):
+        folder.write(baked, told_by_images(settings), plan.stem)
+    charts = items[0].charts
+    more = {"objects": [item.name for item in items], **({"charts": charts} if charts else {})}
+    return {**object_entry(baked, files), **more}
+
+
+def _write_report(places: Places, manifest: Manifest, merged: Merged) -> None:
+    """As that of one run, and what is missing; where it says so already it is left as it is."""
+    report = {
+        "version": manifest.version,
+        "embree": ", ".join(sorted(merged.embree)),
+        **manifest.settings,
+        "seconds": {"total": sum(entry["seconds"]["total"] for entry in merged.entries)},
+        "objects": merged.entries,
+        "notes": list(manifest.notes),
+        "refused": merged.refused,
+        "missing": [manifest.items[number].key for number in merged.missing],
+    }
+    path = places.whole(manifest.report)
+    if not _says(path, report):
+        write_report(path, report)
+
+
+def _says(path: Path, report: Json) -> bool:
+    try:
+        return bool(json.loads(path.read_text(encoding="utf-8")) == report)
+    except (OSError, ValueError):
+        return False

@@ -1,0 +1,183 @@
+"""A scene as files: what a machine reads that bakes some of it, and no more of that than it needs.
+
+Arrays lie one after the other in a file for each dtype, in numpy's own format, and are mapped into memory, so that only
+the pages are read that are asked for. A tree of JSON tells what is made of them. What objects share is stored once.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..base.arrays import Doubles, Flags
+from ..base.atomic_file import check_writable, refusal, replacing
+from ..base.errors import InputError
+from ..base.foreign_text import one_line
+from ..rays.occluders import within_reach
+from ..scene.cutout import Alpha, Cutout
+from ..scene.image_texture import ImageTexture, Wrap
+from ..scene.normal_map import NormalMap, NormalMapLayer
+from ..scene.scene import Camera, HighPoly, Instance, Mesh, Scene
+from ..scene.world_mesh import bounds_of
+from ..spherical.environment import Environment
+
+_WIDER = 1.001  # than rays go: a bake may look from boxes that were rounded otherwise
+_TREE = "scene.json"
+_DTYPES = ("float32", "float64", "int32")
+_KINDS: dict[str, type[Any]] = {
+    kind.__name__: kind
+    for kind in (Alpha, Camera, Cutout, Environment, HighPoly, ImageTexture, Instance, Mesh, NormalMap, NormalMapLayer)
+}
+_ARRAY, _OBJECT, _WRAP = "array", "object", "wrap"  # what a reference in the tree is to
+
+
+def write_scene(folder: Path, scene: Scene) -> None:
+    """Write a scene into a folder, which is made where it is not there. Raises InputError."""
+    check_writable(folder)
+    writer = _Writer()
+    tree = {
+        "targets": [writer.of(each) for each in scene.targets],
+        "occluders": [writer.of(each) for each in scene.occluders],
+        "boxes": writer.of(np.array([bounds_of(each) for each in scene.occluders]).reshape(-1, 2, 3)),
+        "camera": writer.of(scene.camera),
+        "private": sorted(scene.private),
+        "highs": {name: writer.of(each) for name, each in scene.highs.items()},
+        "environment": writer.of(scene.environment),
+        "objects": writer.objects,
+    }
+    try:
+        for dtype in _DTYPES:
+            with replacing(_array_file(folder, dtype)) as temporary:
+                _write_arrays(temporary, dtype, writer.arrays[dtype])
+        with replacing(folder / _TREE) as temporary:
+            temporary.write_text(json.dumps(tree, separators=(",", ":")), encoding="utf-8")
+    except OSError as error:
+        raise refusal(folder, error) from error
+
+
+class StoredScene:
+    """A scene that `write_scene` wrote. Raises InputError where it is not there, or not whole."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        with _broken_told(folder):
+            self._tree = json.loads((folder / _TREE).read_text(encoding="utf-8"))
+            arrays = {dtype: np.load(_array_file(folder, dtype), mmap_mode="r") for dtype in _DTYPES}
+            self._reader = _Reader(self._tree["objects"], arrays)
+            self._boxes: Doubles = self._reader.value(self._tree["boxes"])
+
+    def with_targets(self, places: Sequence[int], reach: float) -> Scene:
+        """The scene with some of its targets, by their places in it, and of what occludes, in its order, all that comes
+        as near one of them as `reach` (scene units). Raises InputError."""
+        tree, read = self._tree, self._reader.value
+        with _broken_told(self._folder):
+            targets = [read(tree["targets"][place]) for place in places]
+            near = self._near(targets, reach)
+            return Scene(
+                targets,
+                [read(reference) for reference, here in zip(tree["occluders"], near, strict=True) if here],
+                read(tree["camera"]),
+                tree["private"],
+                {each.name: read(tree["highs"][each.name]) for each in targets if each.name in tree["highs"]},
+                read(tree["environment"]),
+            )
+
+    def _near(self, targets: Sequence[Instance], reach: float) -> Flags:
+        near = np.zeros(len(self._boxes), dtype=np.bool_)
+        for target in targets:
+            if near.all():
+                break
+            near |= within_reach(self._boxes, *bounds_of(target), reach * _WIDER)
+        return near
+
+
+@contextmanager
+def _broken_told(folder: Path) -> Iterator[None]:
+    """What is raised of files that are missing or broken becomes an InputError."""
+    try:
+        yield
+    except OSError as error:
+        raise refusal(folder, error) from error
+    except (ValueError, KeyError, TypeError, IndexError, EOFError) as error:
+        raise InputError(f"{folder}: what was planned cannot be read ({one_line(str(error))}); plan again") from error
+
+
+class _Writer:
+    """Makes references of values. objects: kinds and fields of what they refer to. arrays: by dtype."""
+
+    def __init__(self) -> None:
+        self.objects: list[Any] = []
+        self.arrays: dict[str, list[Any]] = {dtype: [] for dtype in _DTYPES}
+        self._ends = dict.fromkeys(_DTYPES, 0)
+        self._known: dict[int, tuple[Any, Any]] = {}  # by id; what is known is kept, so that no other gets its id
+
+    def of(self, value: Any) -> Any:
+        """What stands in the tree for a value."""
+        if isinstance(value, Wrap):
+            return {_WRAP: value.name}
+        if value is None or isinstance(value, (str, bool, int, float)):
+            return value
+        if isinstance(value, (list, tuple)):
+            return [self.of(each) for each in value]
+        if id(value) not in self._known:
+            self._known[id(value)] = value, self._array(value) if isinstance(value, np.ndarray) else self._object(value)
+        return self._known[id(value)][1]
+
+    def _array(self, value: Any) -> Any:
+        dtype = value.dtype.name
+        start = self._ends[dtype]
+        self.arrays[dtype].append(value)
+        self._ends[dtype] += value.size
+        return {_ARRAY: [dtype, start, *value.shape]}
+
+    def _object(self, value: Any) -> Any:
+        assert is_dataclass(value) and type(value).__name__ in _KINDS
+        content = {each.name: self.of(getattr(value, each.name)) for each in fields(value)}
+        self.objects.append([type(value).__name__, content])
+        return {_OBJECT: len(self.objects) - 1}
+
+
+class _Reader:
+    """Makes values of references, each object once. Raises KeyError, TypeError, ValueError where one is broken."""
+
+    def __init__(self, objects: Sequence[Any], arrays: Mapping[str, Any]) -> None:
+        self._objects, self._arrays = objects, arrays
+        self._made: dict[int, Any] = {}
+
+    def value(self, reference: Any) -> Any:
+        """What a reference stands for."""
+        if isinstance(reference, list):
+            return tuple(self.value(each) for each in reference)
+        if not isinstance(reference, dict):
+            return reference
+        ((kind, what),) = reference.items()
+        if kind == _WRAP:
+            return Wrap[what]
+        if kind == _ARRAY:
+            dtype, start, *shape = what
+            return np.asarray(self._arrays[dtype][start : start + int(np.prod(shape, dtype=np.int64))]).reshape(shape)
+        if what not in self._made:
+            name, content = self._objects[what]
+            self._made[what] = _KINDS[name](**{field: self.value(each) for field, each in content.items()})
+        return self._made[what]
+
+
+def _write_arrays(file: Path, dtype: str, arrays: Sequence[Any]) -> None:
+    """One after the other, none of them copied in memory."""
+    make: Any = np.lib.format.open_memmap  # which is not typed
+    count = sum(each.size for each in arrays)
+    whole, start = make(file, mode="w+", dtype=dtype, shape=(max(count, 1),)), 0
+    for each in arrays:
+        whole[start : start + each.size] = each.reshape(-1)
+        start += each.size
+    whole.flush()
+
+
+def _array_file(folder: Path, dtype: str) -> Path:
+    return folder / f"{dtype}.npy"
