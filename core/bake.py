@@ -85,7 +85,7 @@ class Baker:
         """Refuse at once what `bake` would refuse, as far as that can be told before anything is traced. Raises
         InputError."""
         self._checked(target)
-        self._texels(target, in_tile(target, tile), tile, _ANY_SIZE)
+        self._texels(target, in_tile(target, tile), tile, _ANY_SIZE, threads=1)
 
     def inputs_of(self, target: Instance, tile: int | None = None) -> str:
         """The hash of all that the texture of a target, or of one of its tiles, depends on (input_hash.py)."""
@@ -105,7 +105,7 @@ class Baker:
             inputs = self.inputs_of(target, tile)
         laid_out = in_tile(target, tile)
         with clock.stage("texels"):
-            texels = self._texels(target, laid_out, tile, size)
+            texels = self._texels(target, laid_out, tile, size, self._settings.threads)
         frames = TexelFrames(laid_out, texels.owner)
         layout = Layout(target, laid_out, part_in_tile(target, tile), texels, frames, clock)
         baked = self._of_parts(layout)
@@ -116,13 +116,15 @@ class Baker:
         baked.warnings[:0] = warnings + texels.warnings + _what_is_wrong(target, baked)
         return baked
 
-    def _texels(self, target: Instance, laid_out: Instance, tile: int | None, size: tuple[int, int]) -> Texels:
+    def _texels(
+        self, target: Instance, laid_out: Instance, tile: int | None, size: tuple[int, int], threads: int
+    ) -> Texels:
         """laid_out: the target as the tile has its UVs."""
         mesh, tiled = laid_out.mesh, tile is not None
         if mesh.uv is None:
             raise InputError(f"{target.name}: the mesh has no UV map; unwrap it, or bake with chart UVs (--uv charts)")
         control = self._progress.enter(f"{target.name}: texels", _TEXELS)
-        skip, threads = zero_area(mesh) | outside_tile(target.mesh, tile), self._settings.threads
+        skip = zero_area(mesh) | outside_tile(target.mesh, tile)
         return rasterize(target.name, mesh.uv, *size, skip=skip, tiled=tiled, threads=threads, control=control)
 
     def _of_parts(self, layout: Layout) -> Baked:

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arrays import Doubles, Flags
+from ..base.arrays import Flags
 from ..base.atomic_file import check_writable, refusal, replacing
 from ..base.errors import InputError
 from ..base.foreign_text import one_line
-from ..rays.occluders import within_reach
+from ..rays.boxes import Boxes
 from ..scene.cutout import Alpha, Cutout
 from ..scene.image_texture import ImageTexture, Wrap
 from ..scene.normal_map import NormalMap, NormalMapLayer
@@ -70,7 +70,7 @@ class StoredScene:
             self._tree = json.loads((folder / _TREE).read_text(encoding="utf-8"))
             arrays = {dtype: np.load(_array_file(folder, dtype), mmap_mode="r") for dtype in _DTYPES}
             self._reader = _Reader(self._tree["objects"], arrays)
-            self._boxes: Doubles = self._reader.value(self._tree["boxes"])
+            self._boxes = Boxes(self._reader.value(self._tree["boxes"]))
 
     def with_targets(self, places: Sequence[int], reach: float) -> Scene:
         """The scene with some of its targets, by their places in it, and of what occludes, in its order, all that comes
@@ -89,11 +89,11 @@ class StoredScene:
             )
 
     def _near(self, targets: Sequence[Instance], reach: float) -> Flags:
-        near = np.zeros(len(self._boxes), dtype=np.bool_)
+        near: Flags = np.zeros(len(self._tree["occluders"]), dtype=np.bool_)
         for target in targets:
+            near |= self._boxes.within_reach(*bounds_of(target), reach * _WIDER)
             if near.all():
                 break
-            near |= within_reach(self._boxes, *bounds_of(target), reach * _WIDER)
         return near
 
 

@@ -23,14 +23,13 @@ from ..base.vectors import dot, length_of
 from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
 from ..scene.world_mesh import bounds_of
+from .boxes import FARTHEST, Boxes, gaps
 from .embree import Device
 from .flat_mesh import flat_cutout, flat_mesh
 from .pieces import Piece, pieces_of
 from .ray_options import ALL_OCCLUDERS, RayOptions
 from .trace_scene import RayFilter, TraceScene
 
-# Occluders larger than this, or farther off, are left out: lengths cubed would leave float32's range (scene.py).
-FARTHEST = 1e12
 # What is instanced is rounded by 2^-24 of its size and distance. Where these are below so many times the target's
 # radius, or the gap between the two, that is less than what rays start off the surface by, or 2^-20 of the gap.
 PRECISE = 16.0
@@ -100,8 +99,9 @@ class Occluders:
             for instance in instances
         ]
         self.warnings = _warnings(instances, self._instances)
-        self._boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
-        self.warnings += _leave_out_the_largest(instances, self._boxes)
+        boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
+        self.warnings += _leave_out_the_largest(instances, boxes)
+        self._boxes = Boxes(boxes)
         self._linear = np.array([instance.matrix[:3, :3] for instance in instances]).reshape(-1, 3, 3)
         self._triangles = np.array([len(instance.mesh.triangles) for instance in self._instances], dtype=np.int64)
         self._named = _places_by(instance.name for instance in instances)
@@ -146,7 +146,7 @@ class Occluders:
         """(N,) bool: those that a box about the target, or a part of it, can be blocked by.
 
         low, high: (3,) float64, world space."""
-        near = within_reach(self._boxes, low, high, self._options.reach)
+        near = self._boxes.within_reach(low, high, self._options.reach)
         for owner, served in self._reserved.items():
             if target.name not in served:
                 near[self._owned.get(owner, [])] = False
@@ -228,26 +228,13 @@ def _stands_flat(rows: _Rows, used: Longs, part: Part, budget: float) -> Flags:
     """(N,) bool, of the rows that are used: those that would be rounded too much, and the nearest of the others that
     have no more triangles than the budget together."""
     middle, half = rows.middle[used], rows.half[used]
-    gap = _gaps(middle - half, middle + half, part.low, part.high)
+    gap = gaps(middle - half, middle + half, part.low, part.high)
     away = length_of(middle - part.origin) + part.radius + length_of(half)
     flat: Flags = ~(away * rows.stretch[used] <= PRECISE * np.maximum(part.radius, gap))
     others = np.flatnonzero(~flat)
     nearest = others[np.argsort(gap[others], kind="stable")]
     flat[nearest[np.cumsum(rows.triangles[used][nearest]) <= budget]] = True
     return flat
-
-
-def within_reach(boxes: Doubles, low: Doubles, high: Doubles, reach: float) -> Flags:
-    """(N,) bool: which of (N, 2, 3) boxes come as near another, low to high, as rays go; none that is not finite."""
-    near: Flags = np.isfinite(boxes).all(axis=(1, 2))
-    near[near] = _gaps(boxes[near, 0], boxes[near, 1], low, high) <= min(reach * (1.0 + 1e-6), FARTHEST)
-    return near
-
-
-def _gaps(low: Doubles, high: Doubles, box_low: Doubles, box_high: Doubles) -> Doubles:
-    """(N,): how far boxes are from another."""
-    gaps: Doubles = length_of(np.maximum(np.maximum(low - box_high, box_low - high), 0.0))
-    return gaps
 
 
 def _stretch(linear: Doubles) -> Doubles:

@@ -6,15 +6,17 @@ from typing import Any
 
 import numpy as np
 
-from ..base.arrays import Flags
+from ..base.arrays import Doubles, Flags
 from ..base.errors import InputError
 from ..base.singular_values import NEGLIGIBLE, singular_values
+from ..base.vectors import determinant
 from .scene import Instance, Mesh
 from .world_mesh import bounds_of
 
 # Beyond these sizes the cubes of lengths leave float32's range on the way through the tracer, and it finds everything
 # shut or open. Measured: wrong values come below about 2e-11 and above about 2e13.
 SMALLEST, LARGEST = 1e-7, 1e10
+_SURELY_SOLID = 1e-6
 
 
 def check_target(target: Instance) -> list[str]:
@@ -35,8 +37,7 @@ def check_target(target: Instance) -> list[str]:
         raise InputError(
             f"{target.name}: its transform is not finite; clear the location, rotation or scale that is not"
         )
-    sizes = singular_values(target.matrix[None, :3, :3])[0]
-    if not sizes[1] > NEGLIGIBLE * sizes[0]:
+    if _flattens(target.matrix[:3, :3]):
         raise InputError(f"{target.name}: its scale leaves it no area; give at least two axes a scale other than 0")
     flat = int(np.count_nonzero(zero_area(mesh)))
     if flat == len(mesh.triangles):
@@ -48,6 +49,16 @@ def check_target(target: Instance) -> list[str]:
             f"{target.name}: it is {size:.3g} units across, and rays need {SMALLEST:g} to {LARGEST:g}; scale the scene"
         )
     return [f"{target.name}: {flat} triangles have zero area and are left out"] if flat else []
+
+
+def _flattens(linear: Doubles) -> bool:
+    """Whether a matrix leaves no area: its second singular value is as good as zero."""
+    scaled = linear / max(float(np.abs(linear).max()), 1e-300)
+    # Its determinant is the product of all three, and the greatest is below 3.
+    if abs(determinant(scaled)) > _SURELY_SOLID:
+        return False
+    greatest, second, _ = singular_values(linear[np.newaxis])[0]
+    return not second > NEGLIGIBLE * greatest
 
 
 def no_faces(name: str) -> InputError:
