@@ -12,6 +12,7 @@ from typing import Any
 
 import lief
 
+ROOT = Path(__file__).resolve().parent.parent
 OTHERS = re.compile(r"\.dist-info/|/licences/|/__init__\.py$")  # what a wheel holds beside the library
 OURS = "ob_"  # all that is exported begins with it
 GLIBC = (2, 28)
@@ -57,6 +58,8 @@ def faults(wheel: Path) -> list[str]:
         found.append(f"its code is for {library.machine}")
     if strays := sorted(name for name in library.exported if not name.startswith(OURS)):
         found.append(f"it exports {', '.join(strays[:5])}")
+    if str(ROOT).encode() in data:
+        found.append("it tells where it was compiled, and elsewhere other bytes would come of it")
     if not library.exported:
         found.append("it exports nothing")
     return found

@@ -7,6 +7,7 @@ the pages are read that are asked for. A tree of JSON tells what is made of them
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
@@ -24,7 +25,7 @@ from ..scene.cutout import Alpha, Cutout
 from ..scene.image_texture import ImageTexture, Wrap
 from ..scene.normal_map import NormalMap, NormalMapLayer
 from ..scene.scene import Camera, HighPoly, Instance, Mesh, Scene
-from ..scene.world_mesh import bounds_of
+from ..scene.world_mesh import bounds_of, boxes_of
 from ..spherical.environment import Environment
 
 _WIDER = 1.001  # than rays go: a bake may look from boxes that were rounded otherwise
@@ -44,7 +45,7 @@ def write_scene(folder: Path, scene: Scene) -> None:
     tree = {
         "targets": [writer.of(each) for each in scene.targets],
         "occluders": [writer.of(each) for each in scene.occluders],
-        "boxes": writer.of(np.array([bounds_of(each) for each in scene.occluders]).reshape(-1, 2, 3)),
+        "boxes": writer.of(boxes_of(scene.occluders)),
         "camera": writer.of(scene.camera),
         "private": sorted(scene.private),
         "highs": {name: writer.of(each) for name, each in scene.highs.items()},
@@ -68,7 +69,8 @@ class StoredScene:
         self._folder = folder
         with _broken_told(folder):
             self._tree = json.loads((folder / _TREE).read_text(encoding="utf-8"))
-            arrays = {dtype: np.load(_array_file(folder, dtype), mmap_mode="r") for dtype in _DTYPES}
+            mapped = {dtype: np.load(_array_file(folder, dtype), mmap_mode="r") for dtype in _DTYPES}
+            arrays = {dtype: each.view(np.ndarray) for dtype, each in mapped.items()}  # parts of these are made faster
             self._reader = _Reader(self._tree["objects"], arrays)
             self._boxes = Boxes(self._reader.value(self._tree["boxes"]))
 
@@ -161,7 +163,7 @@ class _Reader:
             return Wrap[what]
         if kind == _ARRAY:
             dtype, start, *shape = what
-            return np.asarray(self._arrays[dtype][start : start + int(np.prod(shape, dtype=np.int64))]).reshape(shape)
+            return self._arrays[dtype][start : start + math.prod(shape)].reshape(shape)
         if what not in self._made:
             name, content = self._objects[what]
             self._made[what] = _KINDS[name](**{field: self.value(each) for field, each in content.items()})

@@ -162,9 +162,10 @@ def undate(library: Path) -> None:
 
 
 def link_flags(work: Path) -> list[str]:
-    """What makes a shared library of the objects. It brings the C++ library with it, but for macOS, which has one."""
+    """What makes a shared library of the objects, without symbols, which for a Mac would tell where they were compiled.
+    It brings the C++ library with it, but for macOS, which has one."""
     if system() == "darwin":
-        return ["-dynamiclib", f"-Wl,-install_name,@rpath/{library_name()}"]
+        return ["-dynamiclib", "-s", f"-Wl,-install_name,@rpath/{library_name()}"]
     own = [] if "ziglang" in compiler() else ["-static-libstdc++", "-static-libgcc"]
     if system() == "win32":
         return ["-shared", "-s", *own]

@@ -22,7 +22,7 @@ from ..base.singular_values import singular_values
 from ..base.vectors import dot, length_of
 from ..scene.parts import Part, parts_of
 from ..scene.scene import Instance, Mesh
-from ..scene.world_mesh import bounds_of
+from ..scene.world_mesh import boxes_of
 from .boxes import FARTHEST, Boxes, gaps
 from .embree import Device
 from .flat_mesh import flat_cutout, flat_mesh
@@ -99,7 +99,7 @@ class Occluders:
             for instance in instances
         ]
         self.warnings = _warnings(instances, self._instances)
-        boxes = np.array([bounds_of(instance) for instance in self._instances]).reshape(-1, 2, 3)
+        boxes = boxes_of(self._instances)
         self.warnings += _leave_out_the_largest(instances, boxes)
         self._boxes = Boxes(boxes)
         self._linear = np.array([instance.matrix[:3, :3] for instance in instances]).reshape(-1, 3, 3)

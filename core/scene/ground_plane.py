@@ -9,7 +9,7 @@ import numpy as np
 from ..base.vectors import length_of
 from .parts import parts_of
 from .scene import Instance, Mesh
-from .world_mesh import bounds_of
+from .world_mesh import boxes_of
 
 NAME = "Occlusion Bake Ground"
 _GAP = 1e-4  # of the diagonal of what stands on it: faces that lie on the ground see it, and are dark
@@ -23,7 +23,7 @@ def ground_below(standing: Sequence[Instance]) -> Instance:
     standing: all meshes that block light there, whichever are baked; those without faces do not count. The hair is a
     share of the size of the one that stands lowest, but for what strays from it.
     """
-    boxes = np.array([bounds_of(each) for each in standing])
+    boxes = boxes_of(standing)
     there = np.isfinite(boxes).all(axis=(1, 2))
     low, high = boxes[there, 0].min(axis=0), boxes[there, 1].max(axis=0)
     lowest = standing[int(np.flatnonzero(there)[np.argmin(boxes[there, 0, 2])])]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..base.arrays import Doubles, Floats, Ints
-from ..base.vectors import determinant, mapped, transformed_normals
+from ..base.vectors import determinant, dot, mapped, transformed_normals
 from .scene import Instance
+
+_CORNERS = np.array(list(np.ndindex(2, 2, 2)), dtype=np.bool_)  # (8, 3): low or high
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +39,24 @@ def centre_of(target: Instance) -> Doubles:
 
 def bounds_of(instance: Instance) -> tuple[Doubles, Doubles]:
     """World-space box of an instance, from its object-space box's eight corners: (low, high), each (3,) float64."""
-    low, high = instance.mesh.box
-    if (low > high).any():
-        return low, high
-    corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)] for bits in np.ndindex(2, 2, 2)])
-    with np.errstate(over="ignore", invalid="ignore"):  # a box too large for float64 is not finite
-        world = mapped(corners, instance.matrix[:3, :3]) + instance.matrix[:3, 3]
-    return world.min(axis=0), world.max(axis=0)
+    low, high = boxes_of([instance])[0]
+    return low, high
+
+
+def boxes_of(instances: Sequence[Instance]) -> Doubles:
+    """(N, 2, 3) float64: the same of many."""
+    if not instances:
+        return np.zeros((0, 2, 3))
+    boxes = np.array([instance.mesh.box for instance in instances])
+    filled = (boxes[:, 0] <= boxes[:, 1]).all(axis=1)  # the others are inside out
+    low, high = boxes[filled, 0, np.newaxis], boxes[filled, 1, np.newaxis]
+    matrices = np.array([instance.matrix for instance, here in zip(instances, filled, strict=True) if here])
+    if len(matrices):
+        corners = np.where(_CORNERS, high, low)
+        with np.errstate(over="ignore", invalid="ignore"):  # a box too large for float64 is not finite
+            world = dot(matrices[:, np.newaxis, :3, :3], corners[:, :, np.newaxis]) + matrices[:, np.newaxis, :3, 3]
+        boxes[filled] = np.stack([world.min(axis=1), world.max(axis=1)], axis=1)
+    return boxes
 
 
 def mirrors(instance: Instance) -> bool:
