@@ -10,9 +10,10 @@ from typing import Any
 import bpy
 
 from ...core.bake import Baker
+from ...core.base.digest import digest
 from ...core.base.errors import InputError
 from ...core.charts.udim import Udim, UvTiles, tiles_of
-from ...core.finish.atlas import Atlas
+from ...core.finish.atlas import Atlas, atlas_inputs
 from ...core.finish.baked import Baked
 from ...core.progress import Progress
 from ...core.scene.scene import Instance, Scene
@@ -65,19 +66,26 @@ class BakeJob:
 
 
 Deliver = Callable[[Result], None]
+Unchanged = Callable[[Sequence[BlockRef], str], bool]  # whether objects have what is of this hash of inputs
 
 
 def bake_steps(
-    context: bpy.types.Context, job: BakeJob, progress: Progress, outcome: Outcome, deliver: Deliver
+    context: bpy.types.Context,
+    job: BakeJob,
+    progress: Progress,
+    outcome: Outcome,
+    deliver: Deliver,
+    unchanged: Unchanged | None = None,
 ) -> Steps:
-    """The whole bake, for a `Runner`. `deliver` gets each result on the main thread as soon as it is there.
+    """The whole bake, for a `Runner`. `deliver` gets each result on the main thread as soon as it is there. unchanged:
+    is asked on the main thread; objects of which it is true are left as they are.
 
     An object that cannot be baked or delivered is refused with a line, and the others go on. Raises Cancelled, and
     InputError where all are refused and for what concerns them all.
     """
     with outcome.clock.stage(REST):
         targets = yield from scene_steps(context, job, progress, outcome)
-        yield from _bake_all(targets, job, progress, outcome, deliver)
+        yield from _bake_all(targets, job, progress, outcome, deliver, unchanged)
     outcome.complete = True
     if not outcome.finished:
         raise InputError(outcome.complaint(len(job.objects)))
@@ -117,31 +125,77 @@ def _settings(job: BakeJob) -> Settings:
     return settings
 
 
-def _bake_all(given: Targets, job: BakeJob, progress: Progress, outcome: Outcome, deliver: Deliver) -> Steps:
-    """One target after the other, each delivered, or put into the atlas, which is delivered at the end."""
+def _bake_all(
+    given: Targets, job: BakeJob, progress: Progress, outcome: Outcome, deliver: Deliver, unchanged: Unchanged | None
+) -> Steps:
+    """One target after the other, each delivered, or all in an atlas; less what has not changed."""
     tiles = {ref: uv_tiles(target, job) for ref, target in given.items()}
-    progress.expect(sum(len(each.numbers) or 1 for each in tiles.values()))
-    atlas, in_atlas = Atlas(job.layout.atlas), dict[BlockRef, Instance]()
+    if unchanged is not None:
+        inputs: Mapping[BlockRef, list[str]] = yield partial(_inputs_of, given, tiles, outcome)
+        given = {ref: given[ref] for ref in _not_left(inputs, job, outcome, unchanged)}
+    progress.expect(sum(len(tiles[ref].numbers) or 1 for ref in given))
+    if job.layout.atlas:
+        yield from _bake_atlas(given, job, outcome, deliver)
+        return
     for ref, target in given.items():
         outcome.states[ref] = BAKING
         try:
-            if job.layout.atlas:
-                yield from _bake_one(ref, target, tiles[ref], job, outcome, lambda result: atlas.add(result.baked))
-                in_atlas[ref] = target
-                outcome.states[ref] = DONE
-                continue
             yield from _bake_one(ref, target, tiles[ref], job, outcome, deliver)
         except InputError as refusal:
             outcome.refuse(ref, refusal)
         else:
             outcome.finish(ref)
+
+
+def _bake_atlas(given: Targets, job: BakeJob, outcome: Outcome, deliver: Deliver) -> Steps:
+    """One target after the other into the atlas, which is delivered at the end."""
+    name = job.layout.atlas
+    atlas, in_atlas = Atlas(name), dict[BlockRef, Instance]()
+    for ref, target in given.items():
+        outcome.states[ref] = BAKING
+        try:
+            yield from _bake_one(ref, target, UvTiles(), job, outcome, lambda result: atlas.add(result.baked))
+        except InputError as refusal:
+            outcome.refuse(ref, refusal)
+        else:
+            in_atlas[ref] = target
+            outcome.states[ref] = DONE
     if in_atlas:
         whole: Baked = yield partial(atlas.finish, job.settings.image.margin)
-        name = job.layout.atlas
-        deliver(Result(name, tuple(in_atlas), tuple(in_atlas.values()), whole, atlas=name))
+        deliver(Result(name, tuple(in_atlas), tuple(in_atlas.values()), whole, atlas=name, inputs=whole.inputs))
         for ref in in_atlas:
             if outcome.states[ref] != REFUSED:
                 outcome.finish(ref)
+
+
+def _inputs_of(given: Targets, tiles: Mapping[BlockRef, UvTiles], outcome: Outcome) -> dict[BlockRef, list[str]]:
+    """The hashes of what the tiles of each target depend on."""
+    assert outcome.baker is not None
+    of = outcome.baker.inputs_of
+    return {ref: [of(each, tile) for tile in tiles[ref].numbers or (None,)] for ref, each in given.items()}
+
+
+def _not_left(
+    inputs: Mapping[BlockRef, list[str]], job: BakeJob, outcome: Outcome, unchanged: Unchanged
+) -> list[BlockRef]:
+    """The objects that are to be baked; the outcome has the others."""
+    groups: list[tuple[tuple[BlockRef, ...], str]] = [((ref,), _of_tiles(each)) for ref, each in inputs.items()]
+    if job.layout.atlas:
+        parts = [part for each in inputs.values() for part in each]
+        groups = [(tuple(inputs), atlas_inputs(parts, job.settings.image.margin))]
+    changed: list[BlockRef] = []
+    for refs, whole in groups:
+        if not unchanged(refs, whole):
+            changed += refs
+            continue
+        for ref in refs:
+            outcome.leave(ref)
+    return changed
+
+
+def _of_tiles(inputs: Sequence[str]) -> str:
+    """Of several tiles one hash."""
+    return inputs[0] if len(inputs) == 1 else digest(inputs).hex()
 
 
 def prepared_charts(
@@ -167,9 +221,11 @@ def _bake_one(ref: BlockRef, target: Instance, tiles: UvTiles, job: BakeJob, out
     assert outcome.baker is not None
     size = corner_image(len(target.mesh.triangles)) if job.layout.corners else None
     told: set[str] = set()
+    inputs: list[str] = []
     for tile in tiles.numbers or (None,):
         baked: Baked = yield partial(outcome.baker.bake, target, tile, size)
-        result = Result(ref.label, (ref,), (target,), baked, tiles.numbers)
+        inputs.append(baked.inputs)
+        result = Result(ref.label, (ref,), (target,), baked, tiles.numbers, inputs=_of_tiles(inputs))
         if result.is_first:
             baked.warnings += tiles.warnings(target.name)
             _share_times(outcome, baked, alone=len(outcome.baker.scene.targets) == 1)

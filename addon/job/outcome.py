@@ -17,7 +17,7 @@ WAITING, BAKING, DONE, REFUSED = "waiting", "baking", "done", "refused"
 class Outcome:
     """refused: a line for each object that could not be baked. notes: lines on charts made, and on what Cycles would
     trace. states: by object, in the order that they are baked. clock: the whole job's. complete: whether it went on to
-    its end."""
+    its end. left: those of the finished that have not changed, and were not baked again."""
 
     baker: Baker | None = None
     finished: list[BlockRef] = field(default_factory=list)
@@ -25,6 +25,7 @@ class Outcome:
     notes: list[str] = field(default_factory=list)
     charting: ChartJob = field(default_factory=ChartJob)
     states: dict[BlockRef, str] = field(default_factory=dict)
+    left: list[BlockRef] = field(default_factory=list)
     clock: JobClock = field(default_factory=JobClock)
     complete: bool = False
 
@@ -43,6 +44,11 @@ class Outcome:
         """An object is baked and delivered."""
         self.finished.append(ref)
         self.states[ref] = DONE
+
+    def leave(self, ref: BlockRef) -> None:
+        """An object has what it would be baked to."""
+        self.left.append(ref)
+        self.finish(ref)
 
     def complaint(self, objects: int) -> str:
         """The line to end with where some of so many objects were refused."""

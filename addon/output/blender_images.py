@@ -31,11 +31,7 @@ def store(owner: Owner, baked: Baked) -> dict[str, bpy.types.Image]:
 
     Float, Non-Color, packed into the file so that it is saved with it. Returns the images by map.
     """
-    return {
-        name: _store(owner, name, values)
-        for map_name, each in baked.maps.items()
-        for name, values in pictures(map_name, each)
-    }
+    return {name: _store(owner, name, values) for each in baked.maps.values() for name, values in pictures(each)}
 
 
 def _store(owner: Owner, name: str, values: Floats) -> bpy.types.Image:
@@ -75,7 +71,7 @@ class TileFiles:
         assert baked.tile is not None
         for name, each in baked.maps.items():
             told = image_metadata(baked, name, told_by_images(settings))
-            for part, values in pictures(name, each):
+            for part, values in pictures(each):
                 path = self._folder / f"{part}.{baked.tile}.exr"
                 write_image(path, values, depth=32, coverage=each.coverage, metadata=told)
                 self._last[part] = path, baked.tile

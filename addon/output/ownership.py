@@ -75,7 +75,7 @@ class Owner:
     def files_of_others(self) -> set[Path]:
         """Image files that others have for their textures; of a UDIM layout all that are there."""
         theirs = [image for image, owners in _owners().items() if not set(owners).issubset(self.objects)]
-        return {file for image in theirs if image.packed_file is None and image.filepath for file in _files_of(image)}
+        return {file for image in theirs if image.packed_file is None and image.filepath for file in files_of(image)}
 
     def hold(self, image: bpy.types.Image, name: str) -> None:
         """Have an image for a map from now on. The file keeps it, though nothing uses it yet."""
@@ -138,7 +138,8 @@ def _given(held: _Held, renewal: Renewal) -> Json | None:
         return None
 
 
-def _files_of(image: bpy.types.Image) -> list[Path]:
+def files_of(image: bpy.types.Image) -> list[Path]:
+    """An image's files; of a UDIM layout one for each tile."""
     path = leads_to(Path(bpy.path.abspath(image.filepath, library=image.library)))
     tiles = [tile.number for tile in image.tiles] if image.source == "TILED" else [0]
     return [path.with_name(path.name.replace("<UDIM>", str(number))) for number in tiles]

@@ -13,7 +13,8 @@ from ..read.block_ref import BlockRef
 class Result:
     """name: its object's, or the atlas'. objects: those in it; targets: the same, as they were baked. tiles: the
     numbers of a UDIM layout, of which each comes as a result of its own, in order, so that one at a time is held; none
-    where there is no layout. atlas: its name where it is one."""
+    where there is no layout. atlas: its name where it is one. inputs: the hash of
+    what it depends on, with the last tile that of all."""
 
     name: str
     objects: tuple[BlockRef, ...]
@@ -21,6 +22,7 @@ class Result:
     baked: Baked
     tiles: tuple[int, ...] = ()
     atlas: str = ""
+    inputs: str = ""
 
     @property
     def target(self) -> Instance:

@@ -26,7 +26,7 @@ from ..charts.chart_marks import OUR_NAMES
 from ..charts.chart_request import CHARTS, SMART
 from ..charts.rollback import chart_rollback
 from ..compare.steps import compare_here, compare_in_child
-from ..job.bake_job import BakeJob, Deliver, bake_steps, prepared_charts
+from ..job.bake_job import BakeJob, Deliver, Unchanged, bake_steps, prepared_charts
 from ..job.outcome import BAKING, Outcome
 from ..job.runner import Steps
 from ..output.blender_images import TileFiles, show_picture, tile_files
@@ -35,6 +35,7 @@ from ..output.destination import CHANNEL
 from ..output.material_links import has_linked_images, link_images, unlink_images
 from ..output.node_materials import lines_on_node_materials
 from ..output.result import Result
+from ..output.unchanged import have, store_inputs
 from ..read.block_ref import BlockRef, find
 from ..typed import Ended, library_of, mesh_of, view_layer_in
 from . import viewport_overlay
@@ -89,7 +90,8 @@ class _BakeOperator(LongOperator):
         with tile_files() as tiles, chart_rollback(context, outcome.charting.changes, outcome.finished):
             deliver = self._deliverer(context, request, outcome, tiles)
             try:
-                yield from bake_steps(context, job, progress, outcome, deliver)
+                unchanged = _unchanged(context, request)
+                yield from bake_steps(context, job, progress, outcome, deliver, unchanged)
             except Cancelled:
                 if not outcome.finished:
                     raise
@@ -123,7 +125,12 @@ class _BakeOperator(LongOperator):
             self.report({"INFO"}, line)
         for line in outcome.refused:
             self.report({"WARNING"}, line)
-        baked, wanted = len(outcome.finished), len(job.objects)
+        left = len(outcome.left)
+        baked, wanted = len(outcome.finished) - left, len(job.objects) - left
+        if left:
+            line = say("Not changed, and left as it is: {}", _counted(left))
+            add_lines(context, [line])
+            self.report({"INFO"}, line)
         what = say("Baked {}", _counted(baked)) if baked == wanted else say("Baked {} of {}", baked, _counted(wanted))
         took = say("{}, then was cancelled", what)
         if outcome.complete:
@@ -276,6 +283,14 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
         return {"FINISHED"}
 
 
+def _unchanged(context: bpy.types.Context, request: BakeRequest) -> Unchanged | None:
+    """What tells of objects that need not be baked again; None where all are to be."""
+    if not settings_in(context).use_skip:
+        return None
+    job, destination = request.job, request.destination
+    return lambda refs, inputs: have(destination, job.settings, inputs, refs, job.layout.atlas)
+
+
 def _second_press(context: bpy.types.Context, job: BakeJob) -> BakeJob:
     """Blender unwraps the objects of which the last one told that the making of their charts broke down."""
     shown = result_in(context)
@@ -331,6 +346,7 @@ def put(
     channel = destination.channel if destination.kind == CHANNEL else ""
     if not channel:
         store_request(request, [ref for ref, _, _ in found], images)
+        store_inputs(destination, result.inputs, images.values())
     by_place: dict[tuple[str | None, bool], list[bpy.types.Object]] = {}
     for ref, obj, target in found:
         turned = target.normal_map is not None or ref in job.highs

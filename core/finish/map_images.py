@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.arrays import Floats
 from ..spherical.directional_format import DirectionalFormat, channel_names, image_count, in_fours, ranges, to_images
-from .baked import BakedMap, Metadata
+from .baked import BakedMap, MapKind, Metadata
 from .image_file import names_channels, write_image
 
 _MOST_CHANNELS = 4  # of a picture
@@ -22,14 +22,18 @@ def title(name: str) -> str:
     return f"{kind} {rest.replace('_', ' ')}".strip()
 
 
-def pictures(name: str, made: BakedMap) -> Iterator[tuple[str, Floats]]:
+def picture_names(kind: MapKind) -> list[str]:
+    """What `pictures` calls those of a map."""
+    code = kind.directional
+    if code is None or code.count <= _MOST_CHANNELS:
+        return [kind.name]
+    return [f"{kind.name}_{number}" for number in range(-(-code.count // _MOST_CHANNELS))]
+
+
+def pictures(made: BakedMap) -> Iterator[tuple[str, Floats]]:
     """A map as float pictures by name, (H, W), (H, W, 3) or (H, W, 4): of a code several, each number as it is."""
-    values = made.values
-    if values.ndim == 2 or values.shape[2] <= _MOST_CHANNELS:
-        yield name, values
-        return
-    for number, part in enumerate(in_fours(values, 1.0)):
-        yield f"{name}_{number}", part
+    values, names = made.values, picture_names(made.kind)
+    yield from zip(names, [values] if len(names) == 1 else in_fours(values, 1.0), strict=True)
 
 
 def code_files(path: Path, code: DirectionalFormat, *, tile: str, depth: int) -> list[Path]:

@@ -715,6 +715,18 @@ _WHERE = (
         ),
     ),
     Option(
+        "use_skip",
+        Switch(),
+        place=Place(
+            "Skip Unchanged",
+            "Leave objects as they are whose images were baked from the same: mesh, UVs, what blocks light within "
+            "reach, and settings",
+            "output",
+            11,
+            shown=_is("output", PACKED, SAVED),
+        ),
+    ),
+    Option(
         "margin",
         Whole(16, 0, 256, unit="PIXEL"),
         Flag("--margin", "texels to carry chart borders outward (16)", {"metavar": "PX"}),
