@@ -50,3 +50,13 @@ def test_a_stray_part_leaves_what_stands_on_it_as_it_was() -> None:
         values.append(baked.maps["ao"].values)
     assert 0.3 < values[0].mean() < 0.7
     assert np.abs(values[0] - values[1]).max() <= 2 / 64
+
+
+def test_it_stays_where_something_moves_a_little() -> None:
+    """Else whatever stands on it would have to be baked again."""
+    there = [shapes.instance(shapes.block(name=f"{x}"), shapes.matrix((3.0 * x, 0.3, 1.0))) for x in range(4)]
+    before = ground_below(there)
+    moved = [*there[:-1], shapes.instance(shapes.block(name="3"), shapes.matrix((9.2, 0.4, 1.3)))]
+    assert np.array_equal(ground_below(moved).matrix, before.matrix)
+    lower = [*there[:-1], shapes.instance(shapes.block(name="3"), shapes.matrix((9.0, 0.3, 0.9)))]
+    assert ground_below(lower).matrix[2, 3] < before.matrix[2, 3]
