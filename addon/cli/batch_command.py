@@ -14,10 +14,11 @@ from typing import Any
 
 from ...core.base.errors import InputError
 from ...core.batch.bake_items import ItemBaker
-from ...core.batch.manifest import Item, Manifest, Places, check_sources, claim, output_folder, read_manifest
+from ...core.batch.manifest import Item, Manifest, Places, check_claim, check_sources, output_folder, read_manifest
 from ...core.batch.merge import complaint, merge
 from ...core.batch.records import Record, Records
 from ...core.batch.selection import chosen_items
+from ...core.finish.map_files import Folder
 from ...core.finish.report import first_of, summary
 from ...core.progress import Progress
 from ...core.settings import MAX_THREADS
@@ -62,7 +63,7 @@ def _bake(argv: Sequence[str]) -> int:
     places, manifest = Places(options.manifest), read_manifest(options.manifest)
     numbers = range(len(manifest.items)) if options.items is None else chosen_items(options.items, len(manifest.items))
     folder = output_folder(places, manifest)
-    claim(places, manifest.id, folder.path)
+    check_claim(places, manifest.id, folder.path)
     check_sources(places, manifest)
     task = _Task(places, manifest, folder, [manifest.items[number] for number in numbers], options)
     return task.run()
@@ -71,33 +72,44 @@ def _bake(argv: Sequence[str]) -> int:
 class _Task:
     """Items that are baked in one process."""
 
-    def __init__(self, places: Places, manifest: Manifest, folder: Any, items: Sequence[Item], options: Any) -> None:
+    def __init__(self, places: Places, manifest: Manifest, folder: Folder, items: Sequence[Item], options: Any) -> None:
         self._places, self._manifest, self._folder, self._options = places, manifest, folder, options
-        records = Records(places, manifest, folder)
-        left = [item for item in items if not (options.resume and records.is_baked(item))]
-        self._skipped, self._left = len(items) - len(left), left
-        self._lines = EngineLines(options.progress)
+        self._items, self._lines = items, EngineLines(options.progress)
         self._refused: list[str] = []
 
     def run(self) -> Status:
         """What is refused stands in its record, and is told; it is no fault of the task's."""
-        if self._skipped:
-            say(f"{NAME}: {self._skipped} items have not changed and were left as they are")
-        if self._left:
-            progress = Progress(len(self._left))
-            run(self._steps(progress), progress, partial(self._lines.show, ProgressLine()), STOPPING)
-            progress.raise_if_cancelled()
+        progress = Progress(len(self._items))
+        run(self._steps(progress), progress, partial(self._lines.show, ProgressLine()), STOPPING)
+        progress.raise_if_cancelled()
         if self._refused:
             complain(f"{len(self._refused)} items cannot be baked; {first_of(self._refused, _NAMED)}")
         self._lines.end()
         return Status.DONE
 
+    def _left(self, progress: Progress) -> list[Item]:
+        """Those that are not there yet."""
+        if not self._options.resume:
+            return list(self._items)
+        records, left = Records(self._places, self._manifest, self._folder), []
+        for item in self._items:
+            progress.raise_if_cancelled()
+            if not records.is_baked(item):
+                left.append(item)
+        return left
+
     def _steps(self, progress: Progress) -> Steps:
+        progress.enter("looking at what is there")
+        left: list[Item] = yield partial(self._left, progress)
+        if len(left) < len(self._items):
+            say(f"{NAME}: {len(self._items) - len(left)} items have not changed and were left as they are")
+        if not left:
+            return
         progress.enter("reading what was planned")
         baker = yield partial(
-            ItemBaker, self._places, self._manifest, self._folder, self._left, self._options.threads, progress
+            ItemBaker, self._places, self._manifest, self._folder, left, self._options.threads, progress
         )
-        for item in self._left:
+        for item in left:
             record: Record = yield partial(baker.bake, item)
             if record.entry is None:
                 self._refused.append(record.refused)
@@ -115,7 +127,7 @@ def _merge(argv: Sequence[str]) -> int:
     options = parser.parse_args(argv)
     places, manifest = Places(options.manifest), read_manifest(options.manifest)
     folder = output_folder(places, manifest)
-    claim(places, manifest.id, folder.path)
+    check_claim(places, manifest.id, folder.path)
     merged = merge(places, manifest, folder)
     done, count = len(manifest.items) - len(merged.missing), len(manifest.items)
     say(f"{NAME}: {done} of {count} items are done; the report is {places.whole(manifest.report)}")

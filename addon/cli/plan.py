@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import secrets
+import shutil
 from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
@@ -10,7 +12,7 @@ from uuid import uuid4
 
 import bpy
 
-from ...core.base.atomic_file import check_writable
+from ...core.base.atomic_file import check_place, check_writable
 from ...core.base.errors import InputError
 from ...core.batch.manifest import (
     AtlasItem,
@@ -18,7 +20,7 @@ from ...core.batch.manifest import (
     Manifest,
     Places,
     SourceFile,
-    check_place_of,
+    check_places,
     claim,
     hashed,
     planned_id,
@@ -78,11 +80,22 @@ def _check_options(options: Any) -> None:
 
 
 def _places(options: Any) -> Places:
-    scene_file = bpy.data.filepath or getattr(options, "file", "")
+    """Where the plan goes; `options.report` is whole then. Raises InputError."""
+    source = _scene_file(options)
     given = options.manifest
-    path = whole_path(given, scene_file) if given is not None else options.folder / _DEFAULT
-    check_place_of(path)
-    return Places(path)
+    places = Places(whole_path(given, source or "") if given is not None else options.folder / _DEFAULT)
+    if options.report is None:
+        options.report = places.manifest.with_name(f"{places.manifest.stem}_report.json")
+    for path in (places.manifest, places.prepared, options.report):
+        check_place(path)
+    check_places(places, source, options.report)
+    return places
+
+
+def _scene_file(options: Any) -> Path | None:
+    """The file that is planned; None where the scene was never saved."""
+    name = getattr(options, "file", None) or bpy.data.filepath
+    return Path(name).absolute() if name else None
 
 
 class _Planner:
@@ -108,10 +121,19 @@ class _Planner:
             raise InputError(self._outcome.complaint(len(self._job.objects)))
         assert self._outcome.baker is not None
         self.progress.enter("writing what is to be baked")
-        yield partial(write_scene, self._places.scene, self._outcome.baker.scene)
+        scene = self._places.scenes / secrets.token_hex(8)
+        yield partial(write_scene, scene, self._outcome.baker.scene)
         save_copy(self._places.prepared, "prepared scene")
-        self.manifest = self._manifest(items)
+        self.manifest = self._manifest(items, scene)
         write_manifest(self._places.manifest, self.manifest)
+        self._remove_old_scenes(scene)
+
+    def _remove_old_scenes(self, new: Path) -> None:
+        """All but the newest two: machines may be at work on what was planned before."""
+        scenes = sorted(self._places.scenes.iterdir(), key=lambda path: path.stat().st_mtime_ns)
+        for path in scenes[:-2]:
+            if path != new:
+                shutil.rmtree(path, ignore_errors=True)
 
     def _items(self, targets: Targets) -> list[Item]:
         """What can be baked; the rest is refused."""
@@ -150,11 +172,10 @@ class _Planner:
         """Relative to the folder."""
         return {name: file.name for name, file in self._folder.files(self._settings.maps, stem, tile).items()}
 
-    def _manifest(self, items: list[Item]) -> Manifest:
+    def _manifest(self, items: list[Item], scene: Path) -> Manifest:
         outcome, places, atlas = self._outcome, self._places, self._job.layout.atlas
         values = vars(self._options)
         kept = {option.name: values[option.name] for option in OPTIONS if option.flag and option.name in values}
-        report = self._options.report or places.manifest.with_name(f"{places.manifest.stem}_report.json")
         stem = self._names.of(atlas) if atlas else ""
         return Manifest(
             id=self._id,
@@ -165,9 +186,10 @@ class _Planner:
                 "occluders": outcome.occluders,
             },
             folder=places.told(self._folder.path),
-            report=places.told(report),
+            report=places.told(self._options.report),
             source=self._source(),
             prepared=hashed(places.prepared, places.told(places.prepared)),
+            scene=places.told(scene),
             items=items,
             atlas=AtlasItem(atlas, stem, self._files(stem, None)) if atlas else None,
             notes=outcome.notes,
@@ -176,5 +198,5 @@ class _Planner:
 
     def _source(self) -> SourceFile | None:
         """The file that was planned."""
-        name = getattr(self._options, "file", None) or bpy.data.filepath
-        return hashed(Path(name), self._places.told(Path(name).absolute())) if name else None
+        path = _scene_file(self._options)
+        return hashed(path, self._places.told(path)) if path is not None else None

@@ -10,7 +10,6 @@ from typing import Any
 import bpy
 
 from ...core.bake import Baker
-from ...core.base.digest import digest
 from ...core.base.errors import InputError
 from ...core.charts.udim import Udim, UvTiles, tiles_of
 from ...core.finish.atlas import Atlas, atlas_inputs
@@ -22,7 +21,7 @@ from ...core.texels.vertex_bake import check_corners, corner_image, with_corner_
 from ..charts.chart_job import chart_steps
 from ..charts.chart_request import ChartRequest
 from ..output.color_attributes import check_colours
-from ..output.result import Result
+from ..output.result import Result, Texture
 from ..read.blender_state import synced
 from ..read.block_ref import BlockRef, find
 from ..read.high_low_pairs import HighMeshes
@@ -66,7 +65,7 @@ class BakeJob:
 
 
 Deliver = Callable[[Result], None]
-Unchanged = Callable[[Sequence[BlockRef], str], bool]  # whether objects have what is of this hash of inputs
+Unchanged = Callable[[Texture], bool]  # whether its objects have it as it would be baked now
 
 
 def bake_steps(
@@ -131,8 +130,9 @@ def _bake_all(
     """One target after the other, each delivered, or all in an atlas; less what has not changed."""
     tiles = {ref: uv_tiles(target, job) for ref, target in given.items()}
     if unchanged is not None:
-        inputs: Mapping[BlockRef, list[str]] = yield partial(_inputs_of, given, tiles, outcome)
-        given = {ref: given[ref] for ref in _not_left(inputs, job, outcome, unchanged)}
+        progress.enter("looking at what has changed")
+        textures: list[Texture] = yield partial(_textures, given, tiles, job, progress, outcome)
+        given = {ref: given[ref] for ref in _not_left(textures, progress, outcome, unchanged)}
     progress.expect(sum(len(tiles[ref].numbers) or 1 for ref in given))
     if job.layout.atlas:
         yield from _bake_atlas(given, job, outcome, deliver)
@@ -162,40 +162,46 @@ def _bake_atlas(given: Targets, job: BakeJob, outcome: Outcome, deliver: Deliver
             outcome.states[ref] = DONE
     if in_atlas:
         whole: Baked = yield partial(atlas.finish, job.settings.image.margin)
-        deliver(Result(name, tuple(in_atlas), tuple(in_atlas.values()), whole, atlas=name, inputs=whole.inputs))
+        deliver(Result(name, tuple(in_atlas), tuple(in_atlas.values()), whole, atlas=name, inputs=(whole.inputs,)))
         for ref in in_atlas:
             if outcome.states[ref] != REFUSED:
                 outcome.finish(ref)
 
 
-def _inputs_of(given: Targets, tiles: Mapping[BlockRef, UvTiles], outcome: Outcome) -> dict[BlockRef, list[str]]:
-    """The hashes of what the tiles of each target depend on."""
+def _textures(
+    given: Targets, tiles: Mapping[BlockRef, UvTiles], job: BakeJob, progress: Progress, outcome: Outcome
+) -> list[Texture]:
+    """What would be baked of these targets."""
     assert outcome.baker is not None
-    of = outcome.baker.inputs_of
-    return {ref: [of(each, tile) for tile in tiles[ref].numbers or (None,)] for ref, each in given.items()}
+    made = []
+    for ref, target in given.items():
+        progress.raise_if_cancelled()
+        numbers = tiles[ref].numbers
+        inputs = tuple(outcome.baker.inputs_of(target, tile) for tile in numbers or (None,))
+        made.append(Texture(ref.label, (ref,), (target,), inputs, numbers))
+    if not job.layout.atlas or not made:
+        return made
+    name, parts = job.layout.atlas, [part for each in made for part in each.inputs]
+    return [
+        Texture(
+            name, tuple(given), tuple(given.values()), (atlas_inputs(parts, job.settings.image.margin),), atlas=name
+        )
+    ]
 
 
 def _not_left(
-    inputs: Mapping[BlockRef, list[str]], job: BakeJob, outcome: Outcome, unchanged: Unchanged
+    textures: Sequence[Texture], progress: Progress, outcome: Outcome, unchanged: Unchanged
 ) -> list[BlockRef]:
     """The objects that are to be baked; the outcome has the others."""
-    groups: list[tuple[tuple[BlockRef, ...], str]] = [((ref,), _of_tiles(each)) for ref, each in inputs.items()]
-    if job.layout.atlas:
-        parts = [part for each in inputs.values() for part in each]
-        groups = [(tuple(inputs), atlas_inputs(parts, job.settings.image.margin))]
     changed: list[BlockRef] = []
-    for refs, whole in groups:
-        if not unchanged(refs, whole):
-            changed += refs
+    for texture in textures:
+        progress.raise_if_cancelled()
+        if not unchanged(texture):
+            changed += texture.objects
             continue
-        for ref in refs:
+        for ref in texture.objects:
             outcome.leave(ref)
     return changed
-
-
-def _of_tiles(inputs: Sequence[str]) -> str:
-    """Of several tiles one hash."""
-    return inputs[0] if len(inputs) == 1 else digest(inputs).hex()
 
 
 def prepared_charts(
@@ -225,7 +231,7 @@ def _bake_one(ref: BlockRef, target: Instance, tiles: UvTiles, job: BakeJob, out
     for tile in tiles.numbers or (None,):
         baked: Baked = yield partial(outcome.baker.bake, target, tile, size)
         inputs.append(baked.inputs)
-        result = Result(ref.label, (ref,), (target,), baked, tiles.numbers, inputs=_of_tiles(inputs))
+        result = Result(ref.label, (ref,), (target,), baked, tiles.numbers, inputs=tuple(inputs))
         if result.is_first:
             baked.warnings += tiles.warnings(target.name)
             _share_times(outcome, baked, alone=len(outcome.baker.scene.targets) == 1)

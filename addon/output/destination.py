@@ -45,6 +45,11 @@ class Destination:
     image: BlockRef | None = None
     channel: str = "R"
 
+    @property
+    def dithers(self) -> bool:
+        """Whether files are: those of 8 bits alone need it."""
+        return self.dither and self.depth == 8
+
     def check(self, objects: Sequence[str], settings: Settings) -> None:
         """Refuse, before a bake, what could not be delivered after it. Raises InputError."""
         if self.kind == COLOURS and not settings.are_grey:
@@ -78,13 +83,13 @@ class Destination:
         return _stored(result, settings, tiles, baked.maps)
 
     def _save(self, result: Result, settings: Settings) -> dict[str, bpy.types.Image]:
-        baked, dither, images = result.baked, self.dither and self.depth == 8, {}
+        baked, images = result.baked, {}
         owner = Owner.of(result)
         for name in baked.maps:
             path = self._free_file(owner, result, name, settings)
             path.parent.mkdir(parents=True, exist_ok=True)
             # Of several files of a code the first stands for all.
-            first, *_ = write_map(path, baked, name, told_by_images(settings), depth=self.depth, dither=dither)
+            first, *_ = write_map(path, baked, name, told_by_images(settings), depth=self.depth, dither=self.dithers)
             if result.is_last:
                 images[name] = store_file(owner, name, first, baked.tile)
         return images

@@ -62,10 +62,23 @@ class Owner:
         """The image of an earlier bake of this map; none that others have, too."""
         owners, ours = _owners(), set(self.objects)
         for held in (held for obj in self.objects for held in _held_by(obj)):
-            image = held.image if (held.map, held.atlas) == (name, self.atlas) else None
+            image = held.image if self._is_for(held, name) else None
             if image is not None and library_of(image) is None and ours.issuperset(owners[image]):
                 return image
         return next((image for image in bpy.data.images if image not in owners and self._made(image, name)), None)
+
+    def kept(self, name: str, renewal: Renewal) -> bpy.types.Image | None:
+        """The image that all these objects were given for a map; None where one was given none, or another. Copies of
+        objects were given nothing."""
+        images = {self._given_to(obj, name, renewal) for obj in self.objects}
+        return images.pop() if len(images) == 1 else None
+
+    def _given_to(self, obj: bpy.types.Object, name: str, renewal: Renewal) -> bpy.types.Image | None:
+        given = (held for held in _held_by(obj) if self._is_for(held, name) and _is_given(obj, held, renewal))
+        return next((held.image for held in given), None)
+
+    def _is_for(self, held: _Held, name: str) -> bool:
+        return (held.map, held.atlas) == (name, self.atlas)
 
     def _made(self, image: bpy.types.Image, name: str) -> bool:
         """Whether an image that nobody holds is as it was made: of an object that was removed, or could not keep it."""
@@ -82,7 +95,7 @@ class Owner:
         image[MARK], image[_ATLAS] = self._mark(name), bool(self.atlas)
         image.use_fake_user = True
         for obj in self.objects:
-            others = [held for held in _held_by(obj) if (held.map, held.atlas) != (name, self.atlas)]
+            others = [held for held in _held_by(obj) if not self._is_for(held, name)]
             _hold(obj, [*others, _Held(image, name, self.atlas, json.dumps(stored([obj.session_uid])))])
 
     def _mark(self, name: str) -> str:

@@ -10,11 +10,24 @@ from ..read.block_ref import BlockRef
 
 
 @dataclass(frozen=True, eq=False)
+class Texture:
+    """One texture that may be baked. name, objects, targets, tiles, atlas: as a Result has them. inputs: the hashes of
+    what it depends on, of each tile one."""
+
+    name: str
+    objects: tuple[BlockRef, ...]
+    targets: tuple[Instance, ...]
+    inputs: tuple[str, ...]
+    tiles: tuple[int, ...] = ()
+    atlas: str = ""
+
+
+@dataclass(frozen=True, eq=False)
 class Result:
     """name: its object's, or the atlas'. objects: those in it; targets: the same, as they were baked. tiles: the
     numbers of a UDIM layout, of which each comes as a result of its own, in order, so that one at a time is held; none
-    where there is no layout. atlas: its name where it is one. inputs: the hash of
-    what it depends on, with the last tile that of all."""
+    where there is no layout. atlas: its name where it is one. inputs: the hashes of
+    what it depends on, of each tile so far one."""
 
     name: str
     objects: tuple[BlockRef, ...]
@@ -22,7 +35,7 @@ class Result:
     baked: Baked
     tiles: tuple[int, ...] = ()
     atlas: str = ""
-    inputs: str = ""
+    inputs: tuple[str, ...] = ()
 
     @property
     def target(self) -> Instance:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,8 +34,8 @@ from ..output.color_attributes import store_colours
 from ..output.destination import CHANNEL
 from ..output.material_links import has_linked_images, link_images, unlink_images
 from ..output.node_materials import lines_on_node_materials
-from ..output.result import Result
-from ..output.unchanged import have, store_inputs
+from ..output.result import Result, Texture
+from ..output.unchanged import KeptImages, store_inputs
 from ..read.block_ref import BlockRef, find
 from ..typed import Ended, library_of, mesh_of, view_layer_in
 from . import viewport_overlay
@@ -284,11 +284,22 @@ class OCCLUSION_BAKE_OT_cancel(bpy.types.Operator):
 
 
 def _unchanged(context: bpy.types.Context, request: BakeRequest) -> Unchanged | None:
-    """What tells of objects that need not be baked again; None where all are to be."""
+    """What tells of textures that need not be baked again, and puts them into materials where that is asked for; None
+    where all are to be baked."""
     if not settings_in(context).use_skip:
         return None
-    job, destination = request.job, request.destination
-    return lambda refs, inputs: have(destination, job.settings, inputs, refs, job.layout.atlas)
+    kept = KeptImages(request.destination, request.job.settings, shown=request.preview)
+
+    def unchanged(texture: Texture) -> bool:
+        images = kept.of(texture)
+        if images is None:
+            return False
+        if request.preview or request.gltf:
+            found = zip(texture.objects, kept.objects_of(texture), texture.targets, strict=True)
+            add_lines(context, link(context, request, list(found), images))
+        return True
+
+    return unchanged
 
 
 def _second_press(context: bpy.types.Context, job: BakeJob) -> BakeJob:
@@ -343,17 +354,27 @@ def put(
         store_colours(context, found[0][1], result.target, result.baked)
         return
     images = destination.deliver(result, job.settings, tiles, shown=request.preview)
-    channel = destination.channel if destination.kind == CHANNEL else ""
-    if not channel:
+    if destination.kind != CHANNEL:
         store_request(request, [ref for ref, _, _ in found], images)
         store_inputs(destination, result.inputs, images.values())
+    result.baked.warnings += link(context, request, found, images)
+
+
+def link(
+    context: bpy.types.Context, request: BakeRequest, found: Sequence[_Found], images: Mapping[str, bpy.types.Image]
+) -> list[str]:
+    """Images of objects into their materials, as far as that is asked for. Returns lines on those that cannot show
+    them."""
+    job, destination = request.job, request.destination
+    channel = destination.channel if destination.kind == CHANNEL else ""
     by_place: dict[tuple[str | None, bool], list[bpy.types.Object]] = {}
+    lines: list[str] = []
     for ref, obj, target in found:
         turned = target.normal_map is not None or ref in job.highs
         by_place.setdefault((_shown_map(obj, target), turned), []).append(obj)
     for (uv, turned), objects in by_place.items():
         for obj in objects:
-            result.baked.warnings += link_images(
+            lines += link_images(
                 obj,
                 images,
                 uv,
@@ -364,7 +385,8 @@ def put(
                 among=set(objects),
             )
             if images and request.preview:
-                result.baked.warnings += lines_on_node_materials(context, obj)
+                lines += lines_on_node_materials(context, obj)
+    return lines
 
 
 def _shown_map(obj: bpy.types.Object, target: Instance) -> str | None:

@@ -31,7 +31,8 @@ def _feed(hasher: Any, value: Any) -> None:
     elif isinstance(value, Enum):
         _feed(hasher, value.name)
     elif value is None or isinstance(value, (bool, int, float)):
-        hasher.update(f"{value!r};".encode())
+        plain = float(value) if isinstance(value, float) else value  # numpy's own are told otherwise by each version
+        hasher.update(f"{plain!r};".encode())
     elif isinstance(value, (str, bytes)):
         data = value.encode(errors="surrogatepass") if isinstance(value, str) else value
         hasher.update(f"{type(value).__name__}{len(data)}:".encode() + data)

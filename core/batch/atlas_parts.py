@@ -8,6 +8,8 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,8 +21,10 @@ from ..base.errors import InputError
 from ..finish.baked import Baked, BakedMap, SurfaceReport
 from ..maps.map import Map
 from ..texels.flipped_faces import Sight
+from .files import unreadable
 
 _TOLD = "told"  # all that is no array
+_AGAIN = "bake its item again"
 
 
 def write_part(path: Path, baked: Baked) -> None:
@@ -54,41 +58,49 @@ def write_part(path: Path, baked: Baked) -> None:
 def read_part(path: Path, maps: tuple[Map, ...]) -> Baked:
     """What `write_part` wrote. maps: those that were baked. Raises InputError where it is not there, or broken."""
     kinds = {each.name: each for each in maps}
-    told, arrays = _loaded(path)
-    width, height = told["size"]
-    surface = told["surface"]
-    sights = {Sight[name]: share for name, share in surface["sights"].items()}
-    return Baked(
-        told["name"],
-        (width, height),
-        SurfaceReport(**{**surface, "sights": sights}),
-        told["rays"],
-        {name: _whole(arrays, name, each, (height, width), kinds[name]) for name, each in told["maps"].items()},
-        told["seconds"],
-        told["warnings"],
-        inputs=told["inputs"],
-    )
+    with _broken_told(path):
+        told, arrays = _loaded(path)
+        width, height = told["size"]
+        surface = told["surface"]
+        sights = {Sight[name]: share for name, share in surface["sights"].items()}
+        return Baked(
+            told["name"],
+            (width, height),
+            SurfaceReport(**{**surface, "sights": sights}),
+            told["rays"],
+            {name: _whole(arrays, name, each, (height, width), kinds[name]) for name, each in told["maps"].items()},
+            told["seconds"],
+            told["warnings"],
+            inputs=told["inputs"],
+        )
 
 
-def is_part(path: Path, inputs: str) -> bool:
-    """Whether a part is there, whole, and of these inputs."""
+def is_part(path: Path, inputs: str, *, thoroughly: bool = True) -> bool:
+    """Whether a part is there, and of these inputs. thoroughly: and all of it can be read."""
     try:
-        told, _ = _loaded(path)
+        with _broken_told(path):
+            told, _ = _loaded(path, arrays=thoroughly)
+            return bool(told["inputs"] == inputs)
     except InputError:
         return False
-    return bool(told["inputs"] == inputs)
 
 
-def _loaded(path: Path) -> tuple[Any, dict[str, Any]]:
-    """What is told, and all arrays. Raises InputError."""
+def _loaded(path: Path, *, arrays: bool = True) -> tuple[Any, dict[str, Any]]:
+    """What is told, and all arrays."""
+    with np.load(path, allow_pickle=False) as stored:
+        read = {name: stored[name] for name in stored if arrays and name != _TOLD}
+        return json.loads(str(stored[_TOLD])), read
+
+
+@contextmanager
+def _broken_told(path: Path) -> Iterator[None]:
+    """What is raised of a part that is missing or broken becomes an InputError."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
-            arrays = {name: stored[name] for name in stored}
-        return json.loads(str(arrays.pop(_TOLD))), arrays
+        yield
     except OSError as error:
-        raise refusal(path, error) from error
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(f"{path}: it is no part of an atlas, or not whole; bake its item again") from error
+        raise unreadable(path, error, _AGAIN) from error
+    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise InputError(f"{path}: it is no part of an atlas, or not whole; {_AGAIN}") from error
 
 
 def _whole(arrays: dict[str, Any], name: str, told: Any, size: tuple[int, int], kind: Map) -> BakedMap:

@@ -14,6 +14,7 @@ from ..finish.report import Json, object_entry
 from ..options.values import told_by_images
 from ..progress import Progress
 from .atlas_parts import write_part
+from .files import PLAN_AGAIN
 from .manifest import Item, Manifest, Places
 from .records import Record, Records, refused
 from .scene_file import StoredScene
@@ -39,7 +40,7 @@ class ItemBaker:
         if manifest.atlas is not None:  # whose margin is filled once, when all parts are there
             settings = replace(settings, image=replace(settings.image, margin=0))
         wanted = list(dict.fromkeys(item.target for item in items))
-        scene = StoredScene(places.scene).with_targets(wanted, settings.rays.reach)
+        scene = StoredScene(places.whole(manifest.scene)).with_targets(wanted, settings.rays.reach)
         self._targets = dict(zip(wanted, scene.targets, strict=True))
         self._baker = Baker(scene, settings, progress)
         progress.expect(len(items))
@@ -51,13 +52,14 @@ class ItemBaker:
         MemoryError."""
         target = self._targets[item.target]
         if self._baker.inputs_of(target, item.tile) != item.inputs:
-            raise InputError(f"{self._places.scene}: {item.name} is not as it was planned; plan again")
+            scene = self._places.whole(self._manifest.scene)
+            raise InputError(f"{scene}: {item.name} is not as it was planned; {PLAN_AGAIN}")
         try:
             baked = self._baker.bake(target, item.tile)
         except InputError as why:
             record = refused(item, why)
         else:
-            baked.warnings[:0] = item.warnings
+            baked.warnings += item.warnings
             record = Record(item.inputs, self._written(item, baked), embree=self._baker.device.description)
         self._records.keep(item, record)
         return record

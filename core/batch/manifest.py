@@ -10,24 +10,27 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from ..base.atomic_file import leads_to, refusal, replacing
+from ..base.atomic_file import leads_to
 from ..base.errors import InputError
-from ..base.foreign_text import json_object
+from ..base.foreign_text import one_line
 from ..base.version import ALGORITHM, version
+from ..finish.image_file import check_format
 from ..finish.map_files import Folder, tile_suffix
 from ..options.values import settings_of_command
 from ..settings import Settings
+from .files import PLAN_AGAIN, json_of, unreadable, write_json
 
 FORMAT = 1  # of the file
 _CLAIM = ".occlusion_bake_plan.json"  # in a folder of images: whose it is
-_PLAN_AGAIN = "plan again"
+_VERSIONS = ("version", "algorithm", "format")
 Json = dict[str, Any]
 
 
 @dataclass(frozen=True)
 class Item:
     """One object, or one tile of it: what a machine bakes at a time. target: its place among the scene's. stem: its
-    files' name. inputs: the hash of what its texture depends on. files: by map, relative to the output folder; none for
+    files' name. inputs: the hash of what its texture depends on, which its
+    files tell with their depth and dither (inputs_told). files: by map, relative to the output folder; none for
     a part of an atlas. tile: of a UDIM layout. uv_map: onto which it is baked. charts: those made for it. warnings: on
     its UVs, from planning."""
 
@@ -68,7 +71,8 @@ class SourceFile:
 class Manifest:
     """id: the same where it is planned again. options: the command's, but for files and objects. settings: what they
     come to, and who occludes, for those who read it. folder: of the images. source: the scene that was planned, None
-    where it was never saved; prepared: the copy of it that the charts are in. notes, refused: lines from planning."""
+    where it was never saved; prepared: the copy of it that the charts are in. scene:
+    the folder of its arrays. notes, refused: lines from planning."""
 
     id: str
     options: Json
@@ -77,6 +81,7 @@ class Manifest:
     report: str
     source: SourceFile | None
     prepared: SourceFile
+    scene: str
     items: Sequence[Item]
     atlas: AtlasItem | None = None
     notes: Sequence[str] = ()
@@ -97,7 +102,7 @@ class Places:
     def __init__(self, manifest: Path) -> None:
         self.manifest = leads_to(manifest)
         stem = self.manifest.with_suffix("")
-        self.scene, self.prepared = stem / "scene", self.manifest.with_suffix(".blend")
+        self.scenes, self.prepared = stem / "scenes", self.manifest.with_suffix(".blend")
         self.items = stem / "items"
 
     def record(self, item: Item) -> Path:
@@ -121,14 +126,9 @@ class Places:
 def write_manifest(path: Path, manifest: Manifest) -> None:
     """Write it whole. Raises InputError."""
     content = {key: value for key, value in asdict(manifest).items() if value is not None}
-    content["items"] = [
-        {key: value for key, value in item.items() if value not in (None, ())} for item in content["items"]
-    ]
-    try:
-        with replacing(path) as temporary:
-            temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise refusal(path, error) from error
+    empty: tuple[Any, ...] = (None, (), [], "")
+    content["items"] = [{key: value for key, value in item.items() if value not in empty} for item in content["items"]]
+    write_json(path, content, indent=1)
 
 
 def read_manifest(path: Path) -> Manifest:
@@ -136,21 +136,32 @@ def read_manifest(path: Path) -> Manifest:
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise refusal(path, error) from error
+        raise unreadable(path, error, "give a manifest that plan has written") from error
     except ValueError as error:
-        raise InputError(f"{path}: it is no manifest, or not whole ({error}); {_PLAN_AGAIN}") from error
-    if not isinstance(content, dict) or "items" not in content or "format" not in content:
+        raise InputError(f"{path}: it is no manifest, or not whole ({one_line(str(error))}); {PLAN_AGAIN}") from error
+    if not _is_manifest(content):
         raise InputError(f"{path}: it is no manifest of Occlusion Bake; give one that plan has written")
-    made = tuple(content.get(key) for key in ("format", "version", "algorithm"))
-    if made != (FORMAT, version(), ALGORITHM):
+    made, ours = tuple(content.get(key) for key in _VERSIONS), (version(), ALGORITHM, FORMAT)
+    if made != ours:
         raise InputError(
-            f"{path}: it was planned by Occlusion Bake {made[1]} (algorithm {made[2]}), and this is {version()} "
-            f"(algorithm {ALGORITHM}); {_PLAN_AGAIN}, or install that version here"
+            f"{path}: it was planned by Occlusion Bake {_told_version(*made)}, and this is {_told_version(*ours)}; "
+            f"{PLAN_AGAIN}, or install that version here"
         )
     try:
-        return _read(content)
-    except (KeyError, TypeError) as error:
-        raise InputError(f"{path}: it is not as plan has written it ({error}); {_PLAN_AGAIN}") from error
+        manifest = _read(content)
+        check_format(manifest.options["format"], manifest.options["depth"])
+        assert manifest.bake_settings
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(f"{path}: it is not as plan has written it ({error}); {PLAN_AGAIN}") from error
+    return manifest
+
+
+def _is_manifest(content: Any) -> bool:
+    return isinstance(content, dict) and all(key in content for key in ("id", "items", "format"))
+
+
+def _told_version(extension: Any, algorithm: Any, form: Any) -> str:
+    return f"{extension} (algorithm {algorithm}, manifests {form})"
 
 
 def _read(content: Json) -> Manifest:
@@ -170,68 +181,63 @@ def hashed(path: Path, told: str) -> SourceFile:
         with path.open("rb") as stream:
             return SourceFile(told, hashlib.file_digest(stream, "sha256").hexdigest())
     except OSError as error:
-        raise refusal(path, error) from error
+        raise unreadable(path, error, PLAN_AGAIN) from error
 
 
 def check_sources(places: Places, manifest: Manifest) -> None:
-    """That what was planned is what is there. The scene itself need not be: on many machines it is not. Raises
-    InputError."""
+    """That the scene, and the copy of it, are as they were planned, as far as they are there: on many machines they are
+    not, and items read neither. Raises InputError."""
     for each in (manifest.prepared, manifest.source):
-        if each is None:
-            continue
-        path = places.whole(each.path)
-        if each is manifest.source and not path.exists():
-            continue
-        if hashed(path, each.path) != each:
-            raise InputError(f"{path}: it was changed after it was planned; {_PLAN_AGAIN}")
+        if each is not None and (path := places.whole(each.path)).exists() and hashed(path, each.path) != each:
+            raise InputError(f"{path}: it was changed after it was planned; {PLAN_AGAIN}")
 
 
 def planned_id(places: Places) -> str | None:
     """The id of what was planned there before; None where nothing was."""
-    found = json_object(_text(places.manifest)).get("id")
-    return found if isinstance(found, str) else None
+    content = json_of(places.manifest)
+    return str(content["id"]) if _is_manifest(content) else None
 
 
-def check_place_of(manifest: Path) -> None:
-    """Refuse, before planning, a place where no manifest may be. Raises InputError."""
+def check_places(places: Places, scene_file: Path | None, report: Path) -> None:
+    """Refuse, before planning, places where a plan's files would take others' places. Raises InputError."""
+    manifest = places.manifest
     if manifest.suffix.lower() != ".json":
         raise InputError(f"--manifest {manifest}: end its name in .json")
-    if (text := _text(manifest)) and "items" not in json_object(text):
-        raise InputError(f"--manifest {manifest}: there is a file that is no manifest; choose another name")
-
-
-def _text(path: Path) -> str:
-    """Of a file; empty where there is none that can be read."""
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, ValueError):
-        return ""
+    own = [manifest, places.prepared, report]
+    if scene_file is not None and leads_to(scene_file) in own:
+        raise InputError(f"--manifest {manifest}: {scene_file.name} would be written over; choose another name")
+    if len(set(own)) < len(own):
+        raise InputError(f"--report {report}: it is the plan's own file; choose another name")
+    if planned_id(places) is None:
+        for path in own:
+            if path.exists():
+                raise InputError(f"{path}: it is there and no plan's; choose another name by --manifest or --report")
 
 
 def claim(places: Places, plan: str, folder: Path) -> None:
-    """Take a folder of images for the manifest of this id. Raises InputError where it is that of another one that is
-    still there."""
-    mine = {"id": plan, "manifest": str(places.manifest)}
-    path = folder / _CLAIM
-    try:
-        theirs = json.loads(path.read_text(encoding="utf-8"))
-        other = Path(theirs["manifest"])
-        taken = theirs["id"] != plan and leads_to(other) != places.manifest and other.exists()
-    except (OSError, ValueError, KeyError, TypeError):
-        theirs, taken = None, False
-    if taken:
-        raise InputError(f"{folder}: it holds the images of another manifest, {other}; choose another folder")
-    if theirs != mine:
-        _write_claim(path, mine)
+    """Take a folder of images for the manifest of this id, before it is planned. Raises InputError where it is that of
+    another one that is still there."""
+    theirs, path = json_of(folder / _CLAIM), folder / _CLAIM
+    if isinstance(theirs, dict) and theirs.get("id") not in (None, plan):
+        other = Path(str(theirs.get("manifest")))
+        if leads_to(other) != places.manifest and other.exists():
+            raise _taken(folder, other)
+    write_json(path, {"id": plan, "manifest": str(places.manifest)})
 
 
-def _write_claim(path: Path, content: Json) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary:
-            temporary.write_text(json.dumps(content), encoding="utf-8")
-    except OSError as error:
-        raise refusal(path.parent, error) from error
+def check_claim(places: Places, plan: str, folder: Path) -> None:
+    """That a folder of images is still this plan's. Raises InputError."""
+    theirs = json_of(folder / _CLAIM)
+    if not isinstance(theirs, dict) or "id" not in theirs:
+        claim(places, plan, folder)
+    elif theirs["id"] != plan:
+        raise _taken(folder, theirs.get("manifest"))
+
+
+def _taken(folder: Path, other: object) -> InputError:
+    return InputError(
+        f"{folder}: it holds the images of another manifest, {other}; choose another folder, and plan again"
+    )
 
 
 def output_folder(places: Places, manifest: Manifest) -> Folder:

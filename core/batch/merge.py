@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from ..finish.atlas import Atlas
 from ..finish.map_files import Folder, bear, inputs_told
-from ..finish.report import Json, object_entry, write_report
+from ..finish.report import Json, first_of, object_entry, write_report
 from ..options.values import told_by_images
 from .atlas_parts import read_part
+from .files import json_of
 from .manifest import Item, Manifest, Places
 from .records import Records
 from .selection import told_items
@@ -57,13 +56,12 @@ def merge(places: Places, manifest: Manifest, folder: Folder) -> Merged:
 
 
 def complaint(manifest: Manifest, merged: Merged) -> str:
-    """What is not there, and how to get it, in a line; empty where all is."""
+    """What is not there, and how to get it, in a line."""
     lines = []
     if merged.missing:
-        names = [manifest.items[number].key for number in merged.missing[:_NAMED]]
-        more = f" and {len(merged.missing) - _NAMED} more" if len(merged.missing) > _NAMED else ""
+        names = first_of([manifest.items[number].key for number in merged.missing], _NAMED)
         lines.append(
-            f"{len(merged.missing)} of {len(manifest.items)} items are not baked ({', '.join(names)}{more}); bake "
+            f"{len(merged.missing)} of {len(manifest.items)} items are not baked ({names}); bake "
             f"--items {told_items(merged.missing)}"
         )
     if merged.refused:
@@ -78,11 +76,11 @@ def _entry(item: Item, entry: Json, folder: Folder) -> Json:
 
 
 def _once_told(parts: list[tuple[Item, Json]]) -> list[Json]:
-    """The entries, of tiles of one object each line with the first that has it."""
-    told: dict[int, set[str]] = {}
+    """The entries, each line with the first that has it: those on occluders come from every machine, those on a mesh
+    with each of its tiles."""
+    known: set[str] = set()
     entries = []
-    for item, entry in parts:
-        known = told.setdefault(item.target, set())
+    for _, entry in parts:
         entries.append({**entry, "warnings": [line for line in entry["warnings"] if line not in known]})
         known.update(entry["warnings"])
     return entries
@@ -101,7 +99,8 @@ def _atlas(places: Places, manifest: Manifest, folder: Folder, items: list[Item]
     if not bear(files.values(), told):
         folder.write(baked, told_by_images(settings), plan.stem)
     charts = items[0].charts
-    more = {"objects": [item.name for item in items], **({"charts": charts} if charts else {})}
+    more: Json = {"objects": [item.name for item in items]} if len(items) > 1 else {}
+    more |= {"charts": charts} if charts else {}
     return {**object_entry(baked, files), **more}
 
 
@@ -118,12 +117,5 @@ def _write_report(places: Places, manifest: Manifest, merged: Merged) -> None:
         "missing": [manifest.items[number].key for number in merged.missing],
     }
     path = places.whole(manifest.report)
-    if not _says(path, report):
+    if json_of(path) != report:
         write_report(path, report)
-
-
-def _says(path: Path, report: Json) -> bool:
-    try:
-        return bool(json.loads(path.read_text(encoding="utf-8")) == report)
-    except (OSError, ValueError):
-        return False

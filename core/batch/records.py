@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 
-from ..base.atomic_file import refusal, replacing
 from ..base.errors import InputError
 from ..base.foreign_text import json_object
 from ..finish.map_files import Folder, bear, inputs_told
 from ..finish.report import Json
 from .atlas_parts import is_part
+from .files import write_json
 from .manifest import Item, Manifest, Places
 
 
@@ -33,13 +32,7 @@ class Records:
 
     def keep(self, item: Item, record: Record) -> None:
         """Write it whole. Raises InputError."""
-        path = self._places.record(item)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(path) as temporary:
-                temporary.write_text(json.dumps(vars(record)), encoding="utf-8")
-        except OSError as error:
-            raise refusal(path, error) from error
+        write_json(self._places.record(item), vars(record))
 
     def of(self, item: Item) -> Record | None:
         """What became of an item as it is planned now; None where nothing has yet, or that is broken."""
@@ -57,7 +50,7 @@ class Records:
     def are_there(self, item: Item, *, thoroughly: bool = True) -> bool:
         """Whether an item's files are, and of its inputs. thoroughly: as `bear` has it."""
         if self._manifest.atlas is not None:
-            return is_part(self._places.part(item), item.inputs)
+            return is_part(self._places.part(item), item.inputs, thoroughly=thoroughly)
         told = inputs_told(item.inputs, self._folder.depth, dither=self._folder.dither)
         files = [self._folder.path / name for name in item.files.values()]
         return bear(files, told, thoroughly=thoroughly)

@@ -27,6 +27,7 @@ from ..scene.normal_map import NormalMap, NormalMapLayer
 from ..scene.scene import Camera, HighPoly, Instance, Mesh, Scene
 from ..scene.world_mesh import bounds_of, boxes_of
 from ..spherical.environment import Environment
+from .files import PLAN_AGAIN, unreadable
 
 _WIDER = 1.001  # than rays go: a bake may look from boxes that were rounded otherwise
 _TREE = "scene.json"
@@ -96,7 +97,7 @@ class StoredScene:
             near |= self._boxes.within_reach(*bounds_of(target), reach * _WIDER)
             if near.all():
                 break
-        return near
+        return near | ~self._boxes.finite  # which are mended, or told of, when they are read
 
 
 @contextmanager
@@ -105,9 +106,9 @@ def _broken_told(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise refusal(folder, error) from error
+        raise unreadable(folder, error, PLAN_AGAIN) from error
     except (ValueError, KeyError, TypeError, IndexError, EOFError) as error:
-        raise InputError(f"{folder}: what was planned cannot be read ({one_line(str(error))}); plan again") from error
+        raise InputError(f"{folder}: what was planned cannot be read ({one_line(str(error))}); {PLAN_AGAIN}") from error
 
 
 class _Writer:
@@ -171,14 +172,13 @@ class _Reader:
 
 
 def _write_arrays(file: Path, dtype: str, arrays: Sequence[Any]) -> None:
-    """One after the other, none of them copied in memory."""
-    make: Any = np.lib.format.open_memmap  # which is not typed
+    """One after the other, none of them copied; not mapped, or a full disk would end the process."""
+    header: Any = np.lib.format.write_array_header_1_0  # which is not typed
     count = sum(each.size for each in arrays)
-    whole, start = make(file, mode="w+", dtype=dtype, shape=(max(count, 1),)), 0
-    for each in arrays:
-        whole[start : start + each.size] = each.reshape(-1)
-        start += each.size
-    whole.flush()
+    with file.open("wb") as stream:
+        header(stream, {"descr": np.dtype(dtype).str, "fortran_order": False, "shape": (count,)})
+        for each in arrays:
+            stream.write(np.ascontiguousarray(each).reshape(-1).view(np.uint8).data)
 
 
 def _array_file(folder: Path, dtype: str) -> Path:

@@ -27,7 +27,9 @@ def chosen_items(text: str, count: int) -> list[int]:
         if ends is None:
             raise InputError(f"--items {text}: give numbers and ranges, as 0-99,120, or a share, as 3/20")
         first, last = int(ends[1]), int(ends[2] or ends[1])
-        if last < first or last >= count:
+        if last < first:
+            raise InputError(f"--items {text}: {first}-{last} goes down; give the lower number first")
+        if last >= count:
             there = f"0 to {count - 1}" if count else "none"
             raise InputError(f"--items {text}: the manifest has {count} items, {there}; give some of these")
         found.update(dict.fromkeys(range(first, last + 1)))

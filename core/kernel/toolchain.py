@@ -218,8 +218,9 @@ def _digest(files: Sequence[Path], *words: str) -> str:
 @cache
 def _version(*command: str) -> str:
     """What a compiler says of itself: another version makes other objects."""
-    with tempfile.TemporaryDirectory() as folder:  # zig leaves an empty a.o where it is asked, of a Mac's
-        return subprocess.run([*command, "--version"], cwd=folder, capture_output=True, text=True, check=True).stdout
+    with tempfile.TemporaryDirectory() as folder:
+        where = folder if "ziglang" in command else None  # which leaves an empty a.o where it is asked, of a Mac's
+        return subprocess.run([*command, "--version"], cwd=where, capture_output=True, text=True, check=True).stdout
 
 
 def run(command: Sequence[str]) -> None:

@@ -12,17 +12,17 @@ FARTHEST = 1e12
 
 
 class Boxes:
-    """Of (N, 2, 3) corners, low and high, in world space."""
+    """Of (N, 2, 3) corners, low and high, in world space. finite: (N,) bool."""
 
     def __init__(self, corners: Doubles) -> None:
-        self._finite: Flags = np.isfinite(corners).all(axis=(1, 2))
-        kept = corners[self._finite]
+        self.finite: Flags = np.isfinite(corners).all(axis=(1, 2))
+        kept = corners[self.finite]
         self._low, self._high = np.ascontiguousarray(kept[:, 0]), np.ascontiguousarray(kept[:, 1])
 
     def within_reach(self, low: Doubles, high: Doubles, reach: float) -> Flags:
         """(N,) bool: which come as near another box, low to high, (3,) each, as rays of this length go; none that is
         not finite."""
-        near = self._finite.copy()
+        near = self.finite.copy()
         near[near] = gaps(self._low, self._high, low, high) <= min(reach * (1.0 + 1e-6), FARTHEST)
         return near
 

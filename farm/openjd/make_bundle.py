@@ -22,6 +22,8 @@ def main() -> None:
     parser.add_argument("--items-per-task", type=int, default=100, help="(100)")
     parser.add_argument("--threads", type=int, default=0, help="for tracing, 0 for all (0)")
     options = parser.parse_args()
+    if options.items_per_task < 1:
+        raise SystemExit(f"--items-per-task {options.items_per_task}: give 1 or more")
     count = item_count(options.manifest)
     try:
         options.bundle.mkdir(parents=True)

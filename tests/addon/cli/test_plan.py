@@ -313,7 +313,7 @@ def test_what_is_no_manifest(farm: Farm, text: str) -> None:
     for run in (farm.bake(), farm.merge()):
         assert run[0] == 2 and str(farm.manifest) in run[2] and run[2].count("\n") == 1
     missing = farm("--manifest", farm.home / "none.json")
-    assert missing[0] == 2 and "none.json" in missing[2]
+    assert missing[0] == 2 and "none.json: No such file" in missing[2] and "plan" in missing[2]
 
 
 def test_a_scene_that_changed_is_planned_again(farm: Farm) -> None:
@@ -338,6 +338,7 @@ def test_an_item_out_of_range(farm: Farm) -> None:
     farm.plan()
     status, _, err = farm.bake("--items", "1-2")
     assert status == 2 and "2 items, 0 to 1" in err and not images(farm.out)
+    assert "goes down" in farm.bake("--items", "1-0")[2]
 
 
 def test_a_folder_of_two_manifests(farm: Farm) -> None:
@@ -375,9 +376,66 @@ def test_a_manifest_takes_no_other_files_place(farm: Farm) -> None:
     notes = farm.home / "notes.json"
     notes.write_text('{"mine": 1}')
     status, _, err = farm.plan("--manifest", notes)
-    assert status == 2 and "no manifest" in err and json.loads(notes.read_text()) == {"mine": 1}
+    assert status == 2 and "no plan's" in err and json.loads(notes.read_text()) == {"mine": 1}
     status, _, err = farm.plan("--manifest", farm.home / "plan.txt")
     assert status == 2 and "end its name in .json" in err
+    (farm.home / "a.json").mkdir()
+    status, _, err = farm.plan("--manifest", farm.home / "a.json")
+    assert status == 2 and "a folder of that name" in err
+    (farm.home / "utf16.json").write_bytes("{}".encode("utf-16"))
+    status, _, err = farm.plan("--manifest", farm.home / "utf16.json")
+    assert status == 2 and "no plan's" in err
+
+
+@pytest.mark.parametrize("words", [("--manifest", "//scene.json"), ("--report", "//out/manifest.json")])
+def test_a_plan_does_not_write_over_the_scene_or_itself(farm: Farm, words: tuple[str, str]) -> None:
+    props(1)
+    farm.save()
+    before = farm.scene.read_bytes()
+    status, _, err = farm("plan", farm.scene, *SMALL, "--output", farm.out, *words)
+    assert status == 2 and words[0] in err and err.count("\n") == 1
+    assert farm.scene.read_bytes() == before and not farm.manifest.exists()
+
+
+def test_a_plan_does_not_write_over_a_report_or_a_scene_of_others(farm: Farm) -> None:
+    props(1)
+    farm.out.mkdir()
+    for name in ("manifest.blend", "manifest_report.json"):
+        other = farm.out / name
+        other.write_text("mine")
+        status, _, err = farm.plan()
+        assert status == 2 and str(other) in err and other.read_text() == "mine"
+        other.unlink()
+
+
+def test_a_plan_that_comes_to_nothing_leaves_the_one_before(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+    from occlusion_bake.addon.cli import plan
+    from occlusion_bake.core.base.errors import InputError
+
+    props(2)
+    farm.plan()
+    farm.bake("--items", "0")
+
+    def full(*_: Any) -> None:
+        raise InputError("manifest.blend: no space left")
+
+    monkeypatch.setattr(plan, "save_copy", full)
+    bpy.data.objects["Prop 0"].location.z += 0.5
+    assert farm.plan("--output", farm.out)[0] == 2
+    farm.scene.unlink()
+    assert farm.bake()[0] == 0 and farm.merge()[0] == 0
+
+
+def test_a_vertex_of_an_occluder_that_is_not_finite(farm: Farm) -> None:
+    props(2)
+    broken = blender.cube("Broken", location=(0, 3, 0))
+    broken.data.vertices[0].co.x = math.nan
+    farm.plan("--objects", "Prop 0", "Prop 1")
+    assert farm.bake()[0] == 0
+    assert images(farm.out) == farm.whole("--objects", "Prop 0", "Prop 1")
+    farm.merge()
+    report = json.loads((farm.out / "manifest_report.json").read_text())
+    assert sum("non-finite" in line for entry in report["objects"] for line in entry["warnings"]) == 1
 
 
 # In other hands

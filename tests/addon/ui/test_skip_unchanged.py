@@ -136,6 +136,40 @@ def test_files(tmp_path: Path) -> None:
     assert file.read_bytes() != good
 
 
+def test_a_file_of_other_hands_is_baked(tmp_path: Path) -> None:
+    """Another scene or machine wrote it: what the image tells of itself does not count then."""
+    blender.set_panel(output="SAVED", path=str(tmp_path / "{object}_{map}"))
+    blender.bake_onto("Prop 0", "Prop 1")
+    file = tmp_path / "Prop 0_ao.png"
+    good = file.read_bytes()
+    file.write_bytes((tmp_path / "Prop 1_ao.png").read_bytes())
+    blender.bake_onto("Prop 0", "Prop 1")
+    assert file.read_bytes() == good
+    blender.set_panel(path=str(tmp_path / "there" / "{object}_{map}"))
+    blender.bake_onto("Prop 0")
+    assert (tmp_path / "there" / "Prop 0_ao.png").read_bytes() == good
+
+
+def test_what_is_left_is_shown_in_materials() -> None:
+    baked("Prop 0")
+    obj = bpy.data.objects["Prop 0"]
+    assert not obj.material_slots
+    blender.set_panel(use_material=True)
+    assert baked("Prop 0") == set() and obj.material_slots
+    used = [node.image for node in obj.material_slots[0].material.node_tree.nodes if node.type == "TEX_IMAGE"]
+    assert used == [bpy.data.images["Prop 0 AO"]]
+
+
+def test_a_copy_is_baked() -> None:
+    baked("Prop 0")
+    copy = bpy.data.objects["Prop 0"].copy()
+    bpy.context.collection.objects.link(copy)
+    bpy.data.objects.remove(bpy.data.objects["Prop 0"])
+    copy.name = "Other"
+    blender.bake_onto("Other")
+    assert not any("Not changed" in line for line in panel_lines())
+
+
 def test_what_is_written_into_is_always_baked() -> None:
     blender.set_panel(output="COLOURS")
     blender.bake_onto("Prop 0")
