@@ -29,10 +29,9 @@ Json = dict[str, Any]
 @dataclass(frozen=True)
 class Item:
     """One object, or one tile of it: what a machine bakes at a time. target: its place among the scene's. stem: its
-    files' name. inputs: the hash of what its texture depends on, which its
-    files tell with their depth and dither (inputs_told). files: by map, relative to the output folder; none for
-    a part of an atlas. tile: of a UDIM layout. uv_map: onto which it is baked. charts: those made for it. warnings: on
-    its UVs, from planning."""
+    files' name. inputs: the hash of what its texture depends on, which its files tell with their depth and dither
+    (inputs_told). files: by map, relative to the output folder; none for a part of an atlas. tile: of a UDIM layout.
+    uv_map: onto which it is baked. charts: those made for it. warnings: on its UVs, from planning."""
 
     name: str
     target: int
@@ -71,8 +70,8 @@ class SourceFile:
 class Manifest:
     """id: the same where it is planned again. options: the command's, but for files and objects. settings: what they
     come to, and who occludes, for those who read it. folder: of the images. source: the scene that was planned, None
-    where it was never saved; prepared: the copy of it that the charts are in. scene:
-    the folder of its arrays. notes, refused: lines from planning."""
+    where it was never saved; prepared: the copy of it that the charts are in. scene: the folder of its arrays. notes,
+    refused: lines from planning."""
 
     id: str
     options: Json

@@ -20,7 +20,7 @@ from ...core.finish.baked import Baked, BakedMap
 from ...core.finish.compare import compare, comparison_image
 from ...core.finish.image_file import FORMATS, read_image, suffix, write_image
 from ...core.finish.margin import fill_margin
-from ...core.rays.occluders import FARTHEST
+from ...core.rays.boxes import FARTHEST
 from ...core.scene.checks import LARGEST, SMALLEST
 from ...core.scene.scene import Camera, Instance, Mesh, Scene
 from ...core.scene.world_mesh import bounds_of

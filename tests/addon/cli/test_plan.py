@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
 import signal
 import time
@@ -463,6 +464,7 @@ def test_lines_for_engines(farm: Farm) -> None:
     assert f"Saved: '{farm.out / 'Prop 0_ao.png'}'" in out.splitlines()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="sends signals")
 def test_a_task_that_is_ended_leaves_whole_files(farm: Farm, start: Any) -> None:
     """SIGTERM in the middle: status 3; what is done stays, and the rest is baked by whoever comes next."""
     for number in range(6):
