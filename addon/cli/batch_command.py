@@ -129,8 +129,8 @@ def _merge(argv: Sequence[str]) -> int:
     folder = output_folder(places, manifest)
     check_claim(places, manifest.id, folder.path)
     merged = merge(places, manifest, folder)
-    done, count = len(manifest.items) - len(merged.missing), len(manifest.items)
-    say(f"{NAME}: {done} of {count} items are done; the report is {places.whole(manifest.report)}")
+    report = places.whole(manifest.report)
+    say(f"{NAME}: {merged.baked} of {len(manifest.items)} items are baked; the report is {report}")
     if merged.complete:
         return Status.DONE
     complain(complaint(manifest, merged))

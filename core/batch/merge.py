@@ -19,9 +19,10 @@ _NAMED = 5  # items in the line on what is missing
 
 @dataclass
 class Merged:
-    """entries: of what is there, as in a report of one run. missing: numbers of items that are not baked. refused: a
-    line for each that cannot be, those from planning first."""
+    """baked: how many items are there. entries: of these, as in a report of one run. missing: numbers of items that are
+    not baked. refused: a line for each that cannot be, those from planning first."""
 
+    baked: int = 0
     entries: list[Json] = field(default_factory=list)
     missing: list[int] = field(default_factory=list)
     refused: list[str] = field(default_factory=list)
@@ -45,6 +46,7 @@ def merge(places: Places, manifest: Manifest, folder: Folder) -> Merged:
         elif record is None or record.entry is None or not records.are_there(item, thoroughly=False):
             merged.missing.append(number)
         else:
+            merged.baked += 1
             merged.embree.add(record.embree)
             parts.append((item, _entry(item, record.entry, folder)))
     if manifest.atlas is None:
