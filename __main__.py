@@ -8,11 +8,11 @@ if __name__ == "__main__":
 
     try:
         with interrupted_by(STOPPING, at_once=False):  # while Blender is loaded
-            from .addon.cli import batch_command
+            from .addon.cli.batch_command import is_meant, main
 
-            if not batch_command.is_meant(sys.argv[1:]):  # which needs no Blender
-                from .addon.cli import command
-        status = (batch_command if batch_command.is_meant(sys.argv[1:]) else command).main(sys.argv[1:])
+            if not is_meant(sys.argv[1:]):  # that alone needs no Blender
+                from .addon.cli.command import main
+        status = main(sys.argv[1:])
     except KeyboardInterrupt:
         sys.stderr.write("occlusion_bake: cancelled\n")
         status = 3

@@ -90,7 +90,8 @@ def _bake_scene(name: str, settings: Settings, chosen: argparse.Namespace, rows:
         entries[target]["seconds_at_equal_samples"] = _seconds_of(target, replace(settings, maps=(AMBIENT,)), chosen)
         rows.append(_row(name, entries[target]))
     assert outcome.baker is not None
-    return whole_report(told_by_reports(settings), outcome.baker.device, outcome.clock.shared, entries.values())
+    embree = outcome.baker.device.description
+    return whole_report(told_by_reports(settings), embree, outcome.clock.shared, entries.values())
 
 
 def _job(names: tuple[str, ...], settings: Settings) -> BakeJob:

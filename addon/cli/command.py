@@ -157,7 +157,8 @@ def _check_into(options: Any, chosen: BakeJob) -> None:
 
 def _report(path: Path, settings: Settings, outcome: Outcome, writer: _Writer) -> None:
     assert outcome.baker is not None  # something has been baked
-    report = whole_report(told_by_reports(settings), outcome.baker.device, outcome.clock.shared, writer.entries)
+    embree = outcome.baker.device.description
+    report = whole_report(told_by_reports(settings), embree, outcome.clock.shared, writer.entries)
     refused = [*outcome.refused, *writer.uncompared]
     more = {"occluders": outcome.occluders, "notes": outcome.notes, "refused": refused}
     total = {"cycles": writer.total} if writer.total else {}

@@ -154,18 +154,19 @@ class _Planner:
         assert baker is not None
         figures = charting.made.get(ref)
         stem = self._names.of(ref.label)
-        for tile in tiles.numbers or (None,):
+        numbers = tiles.numbers or (None,)
+        for tile in numbers:
             baker.check(target, tile)
             yield Item(
-                ref.label,
-                number,
-                stem,
-                baker.inputs_of(target, tile),
-                {} if self._job.layout.atlas else self._files(stem, tile),
-                tile,
-                target.mesh.uv_map,
-                None if figures is None else figures.as_json(charting.request.layer),
-                tiles.warnings(target.name) if tile == (tiles.numbers or (None,))[0] else (),
+                name=ref.label,
+                target=number,
+                stem=stem,
+                inputs=baker.inputs_of(target, tile),
+                files={} if self._job.layout.atlas else self._files(stem, tile),
+                tile=tile,
+                uv_map=target.mesh.uv_map,
+                charts=None if figures is None else figures.as_json(charting.request.layer),
+                warnings=tiles.warnings(target.name) if tile == numbers[0] else (),
             )
 
     def _files(self, stem: str, tile: int | None) -> Mapping[str, str]:

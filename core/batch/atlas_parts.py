@@ -6,10 +6,6 @@ Of each map the box about what it covers is kept, as numpy's own files, compress
 from __future__ import annotations
 
 import json
-import zipfile
-import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +17,10 @@ from ..base.errors import InputError
 from ..finish.baked import Baked, BakedMap, SurfaceReport
 from ..maps.map import Map
 from ..texels.flipped_faces import Sight
-from .files import unreadable
+from .files import broken_told
 
 _TOLD = "told"  # all that is no array
-_AGAIN = "bake its item again"
+_BROKEN, _AGAIN = "it is no part of an atlas, or not whole", "bake its item again"
 
 
 def write_part(path: Path, baked: Baked) -> None:
@@ -58,7 +54,7 @@ def write_part(path: Path, baked: Baked) -> None:
 def read_part(path: Path, maps: tuple[Map, ...]) -> Baked:
     """What `write_part` wrote. maps: those that were baked. Raises InputError where it is not there, or broken."""
     kinds = {each.name: each for each in maps}
-    with _broken_told(path):
+    with broken_told(path, _BROKEN, _AGAIN):
         told, arrays = _loaded(path)
         width, height = told["size"]
         surface = told["surface"]
@@ -78,7 +74,7 @@ def read_part(path: Path, maps: tuple[Map, ...]) -> Baked:
 def is_part(path: Path, inputs: str, *, thoroughly: bool = True) -> bool:
     """Whether a part is there, and of these inputs. thoroughly: and all of it can be read."""
     try:
-        with _broken_told(path):
+        with broken_told(path, _BROKEN, _AGAIN):
             told, _ = _loaded(path, arrays=thoroughly)
             return bool(told["inputs"] == inputs)
     except InputError:
@@ -90,17 +86,6 @@ def _loaded(path: Path, *, arrays: bool = True) -> tuple[Any, dict[str, Any]]:
     with np.load(path, allow_pickle=False) as stored:
         read = {name: stored[name] for name in stored if arrays and name != _TOLD}
         return json.loads(str(stored[_TOLD])), read
-
-
-@contextmanager
-def _broken_told(path: Path) -> Iterator[None]:
-    """What is raised of a part that is missing or broken becomes an InputError."""
-    try:
-        yield
-    except OSError as error:
-        raise unreadable(path, error, _AGAIN) from error
-    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(f"{path}: it is no part of an atlas, or not whole; {_AGAIN}") from error
 
 
 def _whole(arrays: dict[str, Any], name: str, told: Any, size: tuple[int, int], kind: Map) -> BakedMap:

@@ -16,7 +16,7 @@ from ..progress import Progress
 from .atlas_parts import write_part
 from .files import PLAN_AGAIN
 from .manifest import Item, Manifest, Places
-from .records import Record, Records, refused
+from .records import Record, Records
 from .scene_file import StoredScene
 
 
@@ -57,7 +57,7 @@ class ItemBaker:
         try:
             baked = self._baker.bake(target, item.tile)
         except InputError as why:
-            record = refused(item, why)
+            record = Record(item.inputs, refused=str(why))
         else:
             baked.warnings += item.warnings
             record = Record(item.inputs, self._written(item, baked), embree=self._baker.device.description)

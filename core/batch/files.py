@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +33,18 @@ def json_of(path: Path) -> Any:
         return json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
+
+
+@contextmanager
+def broken_told(path: Path, line: str, cure: str) -> Iterator[None]:
+    """What is raised of arrays that are missing, cut off or not as we write them becomes an InputError. line: what they
+    are not, {} in it for the cause."""
+    try:
+        yield
+    except OSError as error:
+        raise unreadable(path, error, cure) from error
+    except (ValueError, LookupError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+        raise InputError(f"{path}: {line.format(one_line(str(error)))}; {cure}") from error
 
 
 def unreadable(path: Path, error: OSError, cure: str) -> InputError:

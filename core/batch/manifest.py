@@ -16,6 +16,7 @@ from ..base.foreign_text import one_line
 from ..base.version import ALGORITHM, version
 from ..finish.image_file import check_format
 from ..finish.map_files import Folder, tile_suffix
+from ..finish.report import Json
 from ..options.values import settings_of_command
 from ..settings import Settings
 from .files import PLAN_AGAIN, json_of, unreadable, write_json
@@ -23,7 +24,6 @@ from .files import PLAN_AGAIN, json_of, unreadable, write_json
 FORMAT = 1  # of the file
 _CLAIM = ".occlusion_bake_plan.json"  # in a folder of images: whose it is
 _VERSIONS = ("version", "algorithm", "format")
-Json = dict[str, Any]
 
 
 @dataclass(frozen=True)

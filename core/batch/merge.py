@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ..finish.atlas import Atlas
 from ..finish.map_files import Folder, bear, inputs_told
-from ..finish.report import Json, first_of, object_entry, write_report
+from ..finish.report import Json, first_of, object_entry, whole_report, write_report
 from ..options.values import told_by_images
 from .atlas_parts import read_part
 from .files import json_of
@@ -108,12 +108,9 @@ def _atlas(places: Places, manifest: Manifest, folder: Folder, items: list[Item]
 
 def _write_report(places: Places, manifest: Manifest, merged: Merged) -> None:
     """As that of one run, and what is missing; where it says so already it is left as it is."""
+    seconds = {"total": sum(entry["seconds"]["total"] for entry in merged.entries)}
     report = {
-        "version": manifest.version,
-        "embree": ", ".join(sorted(merged.embree)),
-        **manifest.settings,
-        "seconds": {"total": sum(entry["seconds"]["total"] for entry in merged.entries)},
-        "objects": merged.entries,
+        **whole_report(manifest.settings, ", ".join(sorted(merged.embree)), seconds, merged.entries),
         "notes": list(manifest.notes),
         "refused": merged.refused,
         "missing": [manifest.items[number].key for number in merged.missing],

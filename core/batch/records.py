@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..base.errors import InputError
-from ..base.foreign_text import json_object
 from ..finish.map_files import Folder, bear, inputs_told
 from ..finish.report import Json
 from .atlas_parts import is_part
-from .files import write_json
+from .files import json_of, write_json
 from .manifest import Item, Manifest, Places
 
 
@@ -37,8 +35,8 @@ class Records:
     def of(self, item: Item) -> Record | None:
         """What became of an item as it is planned now; None where nothing has yet, or that is broken."""
         try:
-            record = Record(**json_object(self._places.record(item).read_text(encoding="utf-8")))
-        except (OSError, ValueError, TypeError):
+            record = Record(**json_of(self._places.record(item)))
+        except TypeError:
             return None
         return record if record.inputs == item.inputs else None
 
@@ -54,8 +52,3 @@ class Records:
         told = inputs_told(item.inputs, self._folder.depth, dither=self._folder.dither)
         files = [self._folder.path / name for name in item.files.values()]
         return bear(files, told, thoroughly=thoroughly)
-
-
-def refused(item: Item, why: InputError) -> Record:
-    """That of an item that cannot be baked."""
-    return Record(item.inputs, refused=str(why))

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -18,18 +17,17 @@ import numpy as np
 
 from ..base.arrays import Flags
 from ..base.atomic_file import check_writable, refusal, replacing
-from ..base.errors import InputError
-from ..base.foreign_text import one_line
 from ..rays.boxes import Boxes
 from ..scene.cutout import Alpha, Cutout
 from ..scene.image_texture import ImageTexture, Wrap
 from ..scene.normal_map import NormalMap, NormalMapLayer
 from ..scene.scene import Camera, HighPoly, Instance, Mesh, Scene
-from ..scene.world_mesh import bounds_of, boxes_of
+from ..scene.world_mesh import boxes_of
 from ..spherical.environment import Environment
-from .files import PLAN_AGAIN, unreadable
+from .files import PLAN_AGAIN, broken_told, write_json
 
 _WIDER = 1.001  # than rays go: a bake may look from boxes that were rounded otherwise
+_BROKEN = "what was planned cannot be read ({})"
 _TREE = "scene.json"
 _DTYPES = ("float32", "float64", "int32")
 _KINDS: dict[str, type[Any]] = {
@@ -57,10 +55,9 @@ def write_scene(folder: Path, scene: Scene) -> None:
         for dtype in _DTYPES:
             with replacing(_array_file(folder, dtype)) as temporary:
                 _write_arrays(temporary, dtype, writer.arrays[dtype])
-        with replacing(folder / _TREE) as temporary:
-            temporary.write_text(json.dumps(tree, separators=(",", ":")), encoding="utf-8")
     except OSError as error:
         raise refusal(folder, error) from error
+    write_json(folder / _TREE, tree)
 
 
 class StoredScene:
@@ -68,7 +65,7 @@ class StoredScene:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        with _broken_told(folder):
+        with broken_told(folder, _BROKEN, PLAN_AGAIN):
             self._tree = json.loads((folder / _TREE).read_text(encoding="utf-8"))
             mapped = {dtype: np.load(_array_file(folder, dtype), mmap_mode="r") for dtype in _DTYPES}
             arrays = {dtype: each.view(np.ndarray) for dtype, each in mapped.items()}  # parts of these are made faster
@@ -79,7 +76,7 @@ class StoredScene:
         """The scene with some of its targets, by their places in it, and of what occludes, in its order, all that comes
         as near one of them as `reach` (scene units). Raises InputError."""
         tree, read = self._tree, self._reader.value
-        with _broken_told(self._folder):
+        with broken_told(self._folder, _BROKEN, PLAN_AGAIN):
             targets = [read(tree["targets"][place]) for place in places]
             near = self._near(targets, reach)
             return Scene(
@@ -93,22 +90,11 @@ class StoredScene:
 
     def _near(self, targets: Sequence[Instance], reach: float) -> Flags:
         near: Flags = np.zeros(len(self._tree["occluders"]), dtype=np.bool_)
-        for target in targets:
-            near |= self._boxes.within_reach(*bounds_of(target), reach * _WIDER)
+        for low, high in boxes_of(targets):
+            near |= self._boxes.within_reach(low, high, reach * _WIDER)
             if near.all():
                 break
         return near | ~self._boxes.finite  # which are mended, or told of, when they are read
-
-
-@contextmanager
-def _broken_told(folder: Path) -> Iterator[None]:
-    """What is raised of files that are missing or broken becomes an InputError."""
-    try:
-        yield
-    except OSError as error:
-        raise unreadable(folder, error, PLAN_AGAIN) from error
-    except (ValueError, KeyError, TypeError, IndexError, EOFError) as error:
-        raise InputError(f"{folder}: what was planned cannot be read ({one_line(str(error))}); {PLAN_AGAIN}") from error
 
 
 class _Writer:

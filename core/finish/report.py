@@ -12,7 +12,6 @@ import numpy as np
 from ..base.atomic_file import replacing
 from ..base.errors import InputError
 from ..base.version import version
-from ..rays.embree import Device
 from .baked import Baked, Metadata
 from .compare import Comparison
 
@@ -118,13 +117,12 @@ def times_as_long(entry: Json) -> float:
     return float(cycles["seconds"] / cycles["samples"] / (entry["seconds"]["total"] / rays_per_texel(entry)))
 
 
-def whole_report(
-    asked: Mapping[str, Any], device: Device, seconds: Mapping[str, float], objects: Iterable[Json]
-) -> Json:
-    """The report of one run. asked: what was, by its options. seconds: what several objects share, and `total`."""
+def whole_report(asked: Mapping[str, Any], embree: str, seconds: Mapping[str, float], objects: Iterable[Json]) -> Json:
+    """The report of one run. asked: what was, by its options. embree: what traced. seconds: what several objects
+    share, and `total`."""
     return {
         "version": version(),
-        "embree": device.description,
+        "embree": embree,
         **asked,
         "seconds": dict(seconds),
         "objects": list(objects),

@@ -170,7 +170,7 @@ def test_the_report_and_the_images_tell() -> None:
     for on, word, told in ((False, "keep", "kept"), (True, "divide", "divided")):
         settings = flat_settings(maps, width=16, height=16, rays=4, divide_horizon=on)
         baked = bake_one(sphere_scene(), maps=maps, rays=4, divide_horizon=on)
-        assert whole_report(told_by_reports(settings), open_device(), {}, [])["ro_horizon"] == word
+        assert whole_report(told_by_reports(settings), open_device().description, {}, [])["ro_horizon"] == word
         assert image_metadata(baked, "ro_10", told_by_images(settings))["horizon"] == told
         assert image_metadata(baked, "ao", told_by_images(settings))["horizon"] == "kept"
 
