@@ -342,6 +342,7 @@ def _spec(pixels: NDArray[Any], kind: ImageFormat, metadata: Metadata | None, na
         spec.attribute("oiio:UnassociatedAlpha", 1)
     # "data" keeps every chunk that invites a conversion (gAMA, sRGB) out of a PNG; "linear" would add a gAMA.
     spec.attribute("oiio:ColorSpace", "data")
+    spec.attribute("DateTime", "")  # else EXR and TIFF get that of now, and the same bake would be other bytes
     for key, value in kind.settings.items():
         spec.attribute(key, value)
     if metadata:

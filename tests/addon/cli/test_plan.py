@@ -103,6 +103,18 @@ def test_any_portions_give_the_files_of_one_run(farm: Farm, portions: tuple[str 
     assert images(farm.out) == farm.whole("--maps", "ao", "ro", "bent")
 
 
+@pytest.mark.parametrize("form", ["png", "exr", "tiff"])
+def test_files_of_every_format_are_the_same_bytes(farm: Farm, form: str) -> None:
+    """Whenever they are written: some formats would keep the time."""
+    props(1)
+    farm.plan("--format", form)
+    farm.bake()
+    before = images(farm.out)
+    time.sleep(1.1)
+    farm.bake("--no-resume")
+    assert len(before) == 1 and images(farm.out) == before == farm.whole("--format", form)
+
+
 def test_the_merged_report_is_that_of_one_run(farm: Farm) -> None:
     props(3)
     blender.bare_cube("Without UVs", location=(0, 5, 0))
