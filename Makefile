@@ -18,7 +18,7 @@ KERNEL := $(wildcard $(addprefix core/kernel/,*.py *.toml src/*.cpp src/*.h incl
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help venv test lint extension extensions try-extension repository try-repository windows windows-zip windows-kernel arm64 release pictures sanitize bake bench bench-quick figures accuracy study clean
+.PHONY: help venv test lint extension extensions try-extension repository try-repository farm windows windows-zip windows-kernel arm64 release pictures sanitize bake bench bench-quick figures accuracy study clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  make \1\t\2/p' Makefile | expand -t 20
@@ -62,6 +62,9 @@ try-extension: $(VENV)/.requirements ## install ZIP into Blender as a module, an
 
 try-repository: extension ## add a repository, install, update and remove the extension in a complete Blender: BLENDER=blender
 	$(PY) tools/try_repository.py dist/*.zip $(BLENDER)
+
+farm: venv $(VENV)/.farm ## a plan shared out by openjd and by Slurm, a task killed, a node drained: the bytes of one run
+	$(PY) tools/try_farm.py
 
 WINDOWS := build/kernel-windows-x64
 windows: windows-zip ## Windows by Wine: the kernel's tests, the zip in Blender, the suite; skipped where Wine cannot be had
@@ -146,6 +149,10 @@ $(WHEEL)/.built: $(KERNEL) | $(VENV)/.requirements
 
 $(VENV)/.platforms: requirements/platforms.txt $(VENV)/.requirements
 	$(PY) -m pip install -q --disable-pip-version-check --no-deps -r $<
+	@touch $@
+
+$(VENV)/.farm: requirements/farm.txt $(VENV)/.requirements
+	$(PY) -m pip install -q --disable-pip-version-check -r $(lastword $(REQUIREMENTS)) -r $<
 	@touch $@
 
 # Large, and wants libraries of the system's: the bench says so and goes on without it.

@@ -33,21 +33,24 @@ def call(command: Sequence[str], resources: Path, seen: Callable[[Path], str] = 
     run_piped(command, {**environment_of(resources, seen), **more})
 
 
-def run_piped(command: Sequence[str], environment: dict[str, str]) -> None:
-    """Run a command and pass on what it writes. SystemExit where it fails. Through a pipe: Windows' programs under Wine
-    take a file for no handle at all."""
+def run_piped(command: Sequence[str], environment: dict[str, str]) -> str:
+    """Run a command and pass on what it writes, which is returned. SystemExit where it fails. Through a pipe: Windows'
+    programs under Wine take a file for no handle at all."""
     print("+", shlex.join(command), flush=True)
     pipe, none = subprocess.PIPE, subprocess.DEVNULL
     with subprocess.Popen(command, env=environment, stdin=none, stdout=pipe, stderr=subprocess.STDOUT) as child:
         watch = Timer(TIMEOUT, child.kill)
         watch.start()
         assert child.stdout is not None
+        said = []
         for line in child.stdout:
+            said.append(line)
             sys.stdout.buffer.write(line)
             sys.stdout.buffer.flush()
         watch.cancel()
     if child.returncode:
         raise SystemExit(f"FAILED with status {child.returncode}: {shlex.join(command)}")
+    return b"".join(said).decode(errors="replace")
 
 
 def environment_of(resources: Path, seen: Callable[[Path], str] = str) -> dict[str, str]:

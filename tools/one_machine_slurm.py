@@ -1,0 +1,119 @@
+"""A Slurm of two nodes on this machine alone, out of Debian's packages, in a folder of its own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from foreign_systems import Unavailable
+
+NODES = ("node1", "node2")
+_PACKAGES = ("slurm-wlm", "munge")
+_PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch")
+_STARTS = 30.0  # seconds in which all nodes must be there
+
+# cred_expire: for so long a task that was requeued waits, and 120 seconds is the least otherwise. The communication is
+# on this machine alone.
+_CONFIGURATION = """\
+ClusterName=tried
+SlurmctldHost={host}(127.0.0.1)
+SlurmctldPort={ports[0]}
+CommunicationParameters=NoCtldInAddrAny,NoInAddrAny
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket,cred_expire=5
+SlurmUser=root
+StateSaveLocation={folder}/state
+SlurmdSpoolDir={folder}/%n
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/%n.pid
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+MpiDefault=none
+SchedulerParameters=sched_interval=2,bf_interval=2
+ReturnToService=2
+NodeName={nodes[0]} NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[1]}
+NodeName={nodes[1]} NodeHostname={host} NodeAddr=127.0.0.1 Port={ports[2]}
+PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
+"""
+
+
+@contextmanager
+def slurm(folder: Path) -> Iterator[dict[str, str]]:
+    """Slurm while it runs; what its commands want in their environment. Each node takes one task at a time.
+
+    Raises Unavailable where it cannot be installed or does not start."""
+    _install()
+    configuration = folder / "slurm.conf"
+    (folder / "state").mkdir(parents=True)
+    filled = {"host": socket.gethostname(), "folder": folder, "nodes": NODES, "ports": _free_ports(1 + len(NODES))}
+    configuration.write_text(_CONFIGURATION.format(**filled), encoding="utf-8")
+    environment = {**os.environ, "SLURM_CONF": str(configuration)}
+    key, bus = folder / "munge.key", folder / "munge.socket"
+    key.write_bytes(os.urandom(128))
+    key.chmod(0o600)
+    own = [f"--{kind}-file={folder}/munge.{kind}" for kind in ("pid", "log", "seed", "key")]
+    daemons = {
+        "munged": ["munged", "--foreground", "--force", f"--socket={bus}", *own],
+        "slurmctld": ["slurmctld", "-D"],
+    }
+    daemons |= {node: ["slurmd", "-D", "-N", node] for node in NODES}
+    with ExitStack() as running:
+        for name, words in daemons.items():
+            running.enter_context(_daemon(words, environment, folder / f"{name}.log"))
+            _wait_until(bus.exists, "munged")
+        _wait_until(lambda: _idle(environment), "Slurm")
+        yield environment
+
+
+def _install() -> None:
+    if all(map(shutil.which, _PROGRAMS)):
+        return
+    if shutil.which("apt-get") is None or os.geteuid() != 0:
+        raise Unavailable(f"{' and '.join(_PACKAGES)}, which only root may install")
+    quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
+    commands: Sequence[Sequence[str]] = (["update"], ["install", "-y", "--no-install-recommends", *_PACKAGES])
+    for words in commands:
+        if subprocess.run(["apt-get", "-qq", *words], env=quiet, stdout=subprocess.DEVNULL).returncode:
+            raise Unavailable(f"{' and '.join(_PACKAGES)}, which apt-get could not install")
+
+
+@contextmanager
+def _daemon(words: Sequence[str], environment: dict[str, str], log: Path) -> Iterator[None]:
+    with log.open("wb") as out:
+        process = subprocess.Popen(words, env=environment, stdout=out, stderr=out, stdin=subprocess.DEVNULL)
+    try:
+        yield
+    finally:
+        process.terminate()
+        try:
+            process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _idle(environment: dict[str, str]) -> bool:
+    said = subprocess.run(["sinfo", "-hN", "-o", "%T"], env=environment, capture_output=True, text=True)
+    return said.stdout.split() == ["idle"] * len(NODES)
+
+
+def _wait_until(there: Callable[[], bool], name: str) -> None:
+    end = time.monotonic() + _STARTS
+    while not there():
+        if time.monotonic() > end:
+            raise Unavailable(f"{name}, which does not start")
+        time.sleep(0.2)
+
+
+def _free_ports(count: int) -> list[int]:
+    with ExitStack() as held:
+        sockets = [held.enter_context(socket.socket()) for _ in range(count)]
+        for each in sockets:
+            each.bind(("127.0.0.1", 0))
+        return [each.getsockname()[1] for each in sockets]
