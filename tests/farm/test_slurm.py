@@ -17,7 +17,7 @@ Called = Callable[..., "subprocess.CompletedProcess[str]"]
 
 @pytest.fixture
 def call(tmp_path: Path) -> Called:
-    """Runs a script beside commands that tell how they were called. bakes: what Blender does then, in a shell's words."""
+    """Runs a script beside commands that tell how they were called. bakes: what Blender does then, in sh."""
 
     def called(script: str, *words: str, bakes: str = "true", **variables: str) -> subprocess.CompletedProcess[str]:
         programs = tmp_path / "programs"
