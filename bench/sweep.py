@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ..addon.cli.hard_exit import leave
+from ..addon.cli.hard_exit import run_and_exit
 
 _Run = TypeVar("_Run")
 
@@ -44,7 +44,12 @@ def peak_memory() -> float:
     return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1048576.0
 
 
-if __name__ == "__main__":
-    module, name, given = sys.argv[1:]
+def _answer(words: Sequence[str]) -> int:
+    """The child's side of `in_child`."""
+    module, name, given = words
     print(json.dumps(getattr(import_module(module), name)(*json.loads(given))))
-    leave(0)
+    return 0
+
+
+if __name__ == "__main__":
+    run_and_exit(_answer)

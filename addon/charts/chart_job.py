@@ -11,6 +11,7 @@ import bpy
 
 from ...core.base.errors import InputError
 from ...core.base.timing import Stopwatch
+from ...core.charts.child_process import Child
 from ...core.charts.figures import ChartFigures
 from ...core.progress import Progress
 from ..read.blender_state import object_mode, synced
@@ -65,13 +66,14 @@ def chart_steps(
     with object_mode(context):
         orders = _orders(context, refs, charting)
     made: list[tuple[ChartOrder, ChartLayout]] = []
-    for done, order in enumerate(orders):
-        progress.expect(len(orders) - done + then)
-        progress.enter(f"{order.title}: making UV charts", (0.0, 1.0))
-        with _of(order, charting):
-            layout = yield from layout_steps(context, order, progress)
-            made.append((order, layout))
-            progress.finish_object()
+    with Child() as child:
+        for done, order in enumerate(orders):
+            progress.expect(len(orders) - done + then)
+            progress.enter(f"{order.title}: making UV charts", (0.0, 1.0))
+            with _of(order, charting):
+                layout = yield from layout_steps(context, order, progress, child)
+                made.append((order, layout))
+                progress.finish_object()
     progress.expect(then)
     if made:
         with object_mode(context):

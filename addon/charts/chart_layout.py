@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import bpy
 import numpy as np
 
 from ...core.base.arrays import Floats
+from ...core.charts.child_process import Child
 from ...core.charts.existing import side_by_side
 from ...core.charts.figures import ChartFigures
 from ...core.charts.stages import Tell
@@ -37,8 +39,9 @@ class ChartLayout:
     figures: ChartFigures
 
 
-def layout_steps(context: bpy.types.Context, order: ChartOrder, progress: Progress) -> Made:
-    """Make it, for a `Runner`. Raises InputError, NoUnwrapper and Cancelled."""
+def layout_steps(context: bpy.types.Context, order: ChartOrder, progress: Progress, child: Child) -> Made:
+    """Make it, for a `Runner`. child: is asked for all that is not Blender's. Raises InputError, NoUnwrapper and
+    Cancelled."""
     title, parts, request = order.title, order.parts, order.request
     bare = [part for part in parts if part.own is None]
     new: list[Floats] = []
@@ -49,7 +52,7 @@ def layout_steps(context: bpy.types.Context, order: ChartOrder, progress: Progre
     elif bare:
         alone = len(bare) == len(parts)
         charts: Charts = yield _unwrapping(
-            title, bare, request, _teller(progress, title, 0.0, 1.0 if alone else _UNWRAPPED)
+            title, bare, request, _teller(progress, title, 0.0, 1.0 if alone else _UNWRAPPED), child
         )
         new = np.split(charts.uv, np.cumsum([len(part.base.triangles) for part in bare], dtype=np.int64)[:-1])
         if alone:
@@ -57,7 +60,7 @@ def layout_steps(context: bpy.types.Context, order: ChartOrder, progress: Progre
                 new, ChartFigures(charts.count, charts.stretch, charts.utilisation, charts.padding, PADDING)
             )
     tell = _teller(progress, title, _UNWRAPPED if bare else 0.0, 1.0)
-    layout: ChartLayout = yield lambda: _side_by_side(title, parts, new, request, tell)
+    layout: ChartLayout = yield lambda: _side_by_side(title, parts, new, request, tell, child)
     return layout
 
 
@@ -66,7 +69,9 @@ def _teller(progress: Progress, title: str, start: float, end: float) -> Tell:
     return lambda share, stage: progress.reach(start + (end - start) * share, f"{title}: {stage}")
 
 
-def _unwrapping(title: str, parts: Sequence[Part], request: ChartRequest, tell: Tell) -> Callable[[], Charts]:
+def _unwrapping(
+    title: str, parts: Sequence[Part], request: ChartRequest, tell: Tell, child: Child
+) -> Callable[[], Charts]:
     """The unwrap of parts as one mesh."""
     starts = np.cumsum([0, *(len(part.base.vertices) for part in parts)], dtype=np.int64)
     faces = np.cumsum([0, *(int(part.base.polygons.max(initial=-1)) + 1 for part in parts)], dtype=np.int64)
@@ -83,17 +88,18 @@ def _unwrapping(title: str, parts: Sequence[Part], request: ChartRequest, tell: 
         padding=PADDING,
         seams=seams,
         progress=tell,
+        child=child,
     )
 
 
 def _side_by_side(
-    title: str, parts: Sequence[Part], new: Sequence[Floats], request: ChartRequest, tell: Tell
+    title: str, parts: Sequence[Part], new: Sequence[Floats], request: ChartRequest, tell: Tell, child: Child
 ) -> ChartLayout:
     """new: UVs of those parts that keep no charts, one after the other."""
     laid_out = iter(new)
     maps = [part.charts_in(next(laid_out)) if part.own is None else part.kept(request.udim) for part in parts]
     # Blender unwraps where a process of ours broke down, too: what is left to do is done without another.
-    lay = side_by_side if request.by_blender else side_by_side_in_process
+    lay = side_by_side if request.by_blender else partial(side_by_side_in_process, child=child)
     laid = lay(title, maps, request.size, PADDING, progress=tell)
     width, height = (min(side, _LOOKED_AT) for side in request.size)
     owners = owners_by_centre(np.concatenate(laid.uv), width, height)  # charts may lie on one another

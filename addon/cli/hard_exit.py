@@ -6,6 +6,7 @@ import os
 import shutil
 import sys
 import tempfile
+import traceback
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -37,10 +38,16 @@ def _remove_session_folder() -> None:
 
 
 def run_and_exit(main: Callable[[Sequence[str]], int]) -> NoReturn:
-    """Run a command line's `main` and leave with its status; bad input ends it with one line and status 2."""
+    """Run a command line's `main` and leave with its status; bad input ends it with one line and status 2, a fault with
+    what Python says of it and status 1."""
+    status = 1
     try:
         status = main(sys.argv[1:])
     except InputError as refusal:
         sys.stderr.write(f"{refusal}\n")
         status = 2
+    except SystemExit as request:  # --help, or a word that is not understood
+        status = int(request.code or 0)
+    except BaseException:
+        traceback.print_exc()
     leave(status)

@@ -5,13 +5,11 @@ python -m occlusion_bake.bench.accuracy [SECTION...] [--models DIR]
 
 from __future__ import annotations
 
-import sys
-
-from ...addon.cli.hard_exit import leave
+from ...addon.cli.hard_exit import run_and_exit
 from ..pages import Page
 from . import cycles, exact, fuzz, horizon, kinds, second
 
 PAGE = Page("accuracy", "docs/accuracy.md", (exact, second, cycles, kinds, horizon, fuzz))
 
 if __name__ == "__main__":
-    leave(PAGE.run(sys.argv[1:]))
+    run_and_exit(PAGE.run)

@@ -5,13 +5,11 @@ python -m occlusion_bake.bench.figures [SECTION...] [--rounds N] [--models DIR]
 
 from __future__ import annotations
 
-import sys
-
-from ...addon.cli.hard_exit import leave
+from ...addon.cli.hard_exit import run_and_exit
 from ..pages import Page
 from . import charts, choices, errors, memory, props, share, sizes, speed
 
 PAGE = Page("figures", "docs/figures.md", (speed, sizes, share, choices, errors, memory, props, charts))
 
 if __name__ == "__main__":
-    leave(PAGE.run(sys.argv[1:]))
+    run_and_exit(PAGE.run)

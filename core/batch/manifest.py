@@ -21,7 +21,7 @@ from ..options.values import settings_of_command
 from ..settings import Settings
 from .files import PLAN_AGAIN, json_of, unreadable, write_json
 
-FORMAT = 1  # of the file
+FORMAT = 2  # of the file, and of the arrays
 _CLAIM = ".occlusion_bake_plan.json"  # in a folder of images: whose it is
 _VERSIONS = ("version", "algorithm", "format")
 

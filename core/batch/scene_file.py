@@ -127,7 +127,7 @@ class _Writer:
 
     def _object(self, value: Any) -> Any:
         assert is_dataclass(value) and type(value).__name__ in _KINDS
-        content = {each.name: self.of(getattr(value, each.name)) for each in fields(value)}
+        content = [self.of(getattr(value, each.name)) for each in fields(value)]
         self.objects.append([type(value).__name__, content])
         return {_OBJECT: len(self.objects) - 1}
 
@@ -141,10 +141,8 @@ class _Reader:
 
     def value(self, reference: Any) -> Any:
         """What a reference stands for."""
-        if isinstance(reference, list):
-            return tuple(self.value(each) for each in reference)
         if not isinstance(reference, dict):
-            return reference
+            return tuple(map(self.value, reference)) if isinstance(reference, list) else reference
         ((kind, what),) = reference.items()
         if kind == _WRAP:
             return Wrap[what]
@@ -153,7 +151,7 @@ class _Reader:
             return self._arrays[dtype][start : start + math.prod(shape)].reshape(shape)
         if what not in self._made:
             name, content = self._objects[what]
-            self._made[what] = _KINDS[name](**{field: self.value(each) for field, each in content.items()})
+            self._made[what] = _KINDS[name](*[self.value(each) for each in content])
         return self._made[what]
 
 

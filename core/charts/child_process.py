@@ -18,7 +18,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import IO, Any
 
@@ -45,6 +45,7 @@ importlib.import_module(package + ".core.charts.unwrap_process").answer()
 # What the child says, each in a pair with what belongs to it: a share and a stage; what it was asked for; the
 # InputError's line; why it makes none, and a traceback.
 _REACHED, _DONE, _REFUSED, _UNABLE = "reached", "done", "refused", "unable"
+_WELL = (_DONE, _REFUSED)  # after which it may be asked again
 TOO_LITTLE = "there is too little memory to make them"
 # On Windows: the status of a process that the C library's abort has ended, and the first of those that crashed.
 _ABORTED, _CRASHED = 3, 0x80000000
@@ -55,41 +56,129 @@ class NoAnswer(Exception):
     """No child could be asked, or it gave up without an answer; the message says why, with the child's stderr."""
 
 
-def ask(name: str, question: Any, progress: Tell) -> Any:
-    """What a child answers. question: what `answer` hands on there.
+class Child:
+    """A process that is asked one thing after the other, by one thread at a time. It is started for the first of them,
+    and anew after one that it did not survive; where the `with` ends, it does."""
 
-    Other threads run meanwhile. `progress` is called every 0.05 s in the calling thread with the share and stage that
-    the child has told last; once it raises (Cancelled), the child is killed. Raises InputError as the child does;
-    NoUnwrapper, naming `name`, where it is killed, crashes, lacks memory or has a fault of ours, as this process might,
-    with its traceback in a note; NoAnswer where none can be asked: no Python of this release is found, a sandbox
-    forbids it, that Python cannot load numpy.
-    """
-    try:
-        return _asked(name, question, progress)
-    except OSError as error:
-        if error.errno == errno.ENOMEM:
-            raise NoUnwrapper(name, TOO_LITTLE) from error
-        raise NoAnswer(str(error)) from error
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._complaint: Future[str]
+        self._end = ExitStack()
+
+    def __enter__(self) -> Child:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
+
+    def end(self) -> None:
+        """Kill it, if it is there."""
+        self._process = None
+        self._end.close()
+
+    def ask(self, name: str, question: Any, progress: Tell) -> Any:
+        """What it answers. question: what `answer` hands on there.
+
+        Other threads run meanwhile. `progress` is called every 0.05 s in the calling thread with the share and stage
+        that the child has told last; once it raises (Cancelled), the child is killed. Raises InputError as the child
+        does; NoUnwrapper, naming `name`, where it is killed, crashes, lacks memory or has a fault of ours, as this
+        process might, with its traceback in a note; NoAnswer where none can be asked: no Python of this release is
+        found, a sandbox forbids it, that Python cannot load numpy.
+        """
+        try:
+            return self._asked(name, question, progress)
+        except OSError as error:
+            if error.errno == errno.ENOMEM:
+                raise NoUnwrapper(name, TOO_LITTLE) from error
+            raise NoAnswer(str(error)) from error
+
+    def _asked(self, name: str, question: Any, progress: Tell) -> Any:
+        """As `ask`; raises OSError where no child can be started."""
+        messages = [question] if self._is_there() else [self._start(), question]
+        process, talk = self._process, _Talk(progress)
+        assert process and process.stdin and process.stdout
+        try:
+            # Each pipe has a thread, so that none is ever full. What the child has not answered, its end ends.
+            with ThreadPoolExecutor(2) as executor:
+                try:
+                    sent = executor.submit(_send, process.stdin, *messages)
+                    heard = executor.submit(talk.listen, process.stdout)
+                    talk.wait_for(heard)
+                    if talk.reply is None:  # nothing more will be said
+                        talk.wait_for_end(process)
+                finally:
+                    if talk.reply is None:
+                        process.kill()  # does nothing to one that has ended
+        finally:
+            if not talk.is_well:
+                self.end()
+        for error in (sent.exception(), heard.exception()):
+            if isinstance(error, MemoryError):
+                raise NoUnwrapper(name, TOO_LITTLE) from error
+        if talk.reply is not None:
+            return _read(name, talk.reply)
+        if (end := _violent_end(process.returncode)) is not None:
+            time.sleep(PERIOD)  # a Ctrl-C goes to both, and need not have been heard here
+            talk.pass_on()
+            raise NoUnwrapper(name, f"the process that makes them {end}")
+        raise NoAnswer(f"status {process.returncode}\n{self._complaint.result()}".strip())
+
+    def _is_there(self) -> bool:
+        return self._process is not None and self._process.poll() is None
+
+    def _start(self) -> Any:
+        """What it is to be sent first."""
+        self.end()
+        package = Path(__file__).absolute().parents[2]
+        # -I: as in Blender, no PYTHON… variable and no user site; -B: nothing written beside the code.
+        command = [_interpreter(), "-I", "-B", "-X", "utf8", "-c", _BOOT]
+        # Without a console on Windows, and so without a window and the process that serves it, which inherits the pipes
+        # where a child is killed as it starts (under Wine), and keeps them open.
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            creationflags=getattr(subprocess, "DETACHED_PROCESS", 0),
+        )
+        assert self._process.stderr
+        self._end.enter_context(self._process)
+        reader = self._end.enter_context(ThreadPoolExecutor(1))
+        self._complaint = reader.submit(_last_of, self._process.stderr)
+        self._end.callback(self._process.kill)  # the first of these to be done
+        return sys.version_info[:2], str(package.parent), package.name, sys.path
 
 
 def answer(do: Callable[[Any, Tell], Any]) -> None:
-    """The child's side: a question on stdin; on stdout how far it is, and at last what became of it.
+    """The child's side: questions on stdin; on stdout how far it is with one, and at last what became of it.
 
-    All is pickled, and holds nothing of this package: it has another name in the parent. Once the parent is gone, the
-    next word to it ends this process.
+    All is pickled, and holds nothing of this package: it has another name in the parent. Once the parent is gone, there
+    is no further question, and the next word to it ends this process. So does a fault.
     """
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(2, 1)  # a library that prints must not disturb the answer
-        reply: tuple[str, Any]
-        try:
-            reply = _DONE, do(pickle.load(sys.stdin.buffer), _Word(out))
-        except InputError as error:
-            reply = _REFUSED, str(error)
-        except Exception as error:
-            fault = one_line(f"{type(error).__name__}: {error}")
-            why = TOO_LITTLE if isinstance(error, MemoryError) else f"the making of them broke down ({fault})"
-            reply = _UNABLE, (why, traceback.format_exc())
-        pickle.dump(reply, out, protocol=5)
+        became = _DONE
+        while became in _WELL:
+            try:
+                became, content = _reply(do, _Word(out))
+            except EOFError:
+                return
+            pickle.dump((became, content), out, protocol=5)
+            out.flush()
+
+
+def _reply(do: Callable[[Any, Tell], Any], word: _Word) -> tuple[str, Any]:
+    """What becomes of the next question. Raises EOFError where there is none."""
+    try:
+        return _DONE, do(pickle.load(sys.stdin.buffer), word)
+    except InputError as error:
+        return _REFUSED, str(error)
+    except EOFError:
+        raise
+    except Exception as error:
+        fault = one_line(f"{type(error).__name__}: {error}")
+        why = TOO_LITTLE if isinstance(error, MemoryError) else f"the making of them broke down ({fault})"
+        return _UNABLE, (why, traceback.format_exc())
 
 
 class _Word:
@@ -121,46 +210,6 @@ def _interpreter() -> str:
     raise NoAnswer(f"no {release} at {prefix}")
 
 
-def _asked(name: str, question: Any, progress: Tell) -> Any:
-    """As `ask`; raises OSError where no child can be started."""
-    package = Path(__file__).absolute().parents[2]
-    head = (sys.version_info[:2], str(package.parent), package.name, sys.path)
-    # -I: as in Blender, no PYTHON… variable and no user site; -B: nothing written beside the code.
-    command = [_interpreter(), "-I", "-B", "-X", "utf8", "-c", _BOOT]
-    # Without a console on Windows, and so without a window and the process that serves it, which inherits the pipes
-    # where a child is killed as it starts (under Wine), and keeps them open.
-    child = subprocess.Popen(
-        command,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        creationflags=getattr(subprocess, "DETACHED_PROCESS", 0),
-    )
-    assert child.stdin and child.stdout and child.stderr
-    talk = _Talk(progress)
-    # Each pipe has a thread, so that none is ever full. The threads are left before the child, whose end ends them.
-    with child, ThreadPoolExecutor(3) as executor:
-        try:
-            sent = executor.submit(_send, child.stdin, head, question)
-            heard = executor.submit(talk.listen, child.stdout)
-            complaint = executor.submit(_last_of, child.stderr)
-            talk.wait_for(heard)
-            if talk.reply is None:  # nothing more will be said
-                talk.wait_for_end(child)
-        finally:
-            child.kill()  # does nothing to one that has ended
-    for error in (sent.exception(), heard.exception()):
-        if isinstance(error, MemoryError):
-            raise NoUnwrapper(name, TOO_LITTLE) from error
-    if talk.reply is not None:
-        return _read(name, talk.reply)
-    if (end := _violent_end(child.returncode)) is not None:
-        time.sleep(PERIOD)  # a Ctrl-C goes to both, and need not have been heard here
-        talk.pass_on()
-        raise NoUnwrapper(name, f"the process that makes them {end}")
-    raise NoAnswer(f"status {child.returncode}\n{complaint.result()}".strip())
-
-
 class _Talk:
     """What a child says, heard in one thread and passed on in another. reply: the last of it, once it is there."""
 
@@ -168,6 +217,11 @@ class _Talk:
         self.reply: tuple[str, Any] | None = None
         self._progress = progress
         self._reached = (0.0, BEGINNING)
+
+    @property
+    def is_well(self) -> bool:
+        """Whether it can be asked again."""
+        return self.reply is not None and self.reply[0] in _WELL
 
     def listen(self, pipe: IO[bytes]) -> None:
         """Until there is a reply, or none will come."""
@@ -197,9 +251,10 @@ class _Talk:
 
 
 def _send(pipe: IO[bytes], *messages: Any) -> None:
-    with suppress(OSError), pipe:  # a child that has ended reads nothing
+    with suppress(OSError):  # a child that has ended reads nothing
         for message in messages:
             pickle.dump(message, pipe, protocol=5)  # which writes arrays as they lie, without a copy
+        pipe.flush()
 
 
 def _last_of(pipe: IO[bytes]) -> str:

@@ -46,8 +46,11 @@ def charts_here(monkeypatch: pytest.MonkeyPatch) -> None:
     from occlusion_bake.core.charts.existing import side_by_side
     from occlusion_bake.core.charts.unwrap import unwrap
 
-    monkeypatch.setattr(chart_layout, "unwrap_in_process", unwrap)
-    monkeypatch.setattr(chart_layout, "side_by_side_in_process", side_by_side)
+    def here(make: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda *arguments, child, **options: make(*arguments, **options)
+
+    monkeypatch.setattr(chart_layout, "unwrap_in_process", here(unwrap))
+    monkeypatch.setattr(chart_layout, "side_by_side_in_process", here(side_by_side))
 
 
 @dataclass(frozen=True)

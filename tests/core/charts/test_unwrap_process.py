@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ import pytest
 from occlusion_bake.core.base.errors import Cancelled, InputError, NoUnwrapper
 from occlusion_bake.core.base.kernel_api import library
 from occlusion_bake.core.charts import child_process, unwrap_process
+from occlusion_bake.core.charts.child_process import Child
 from occlusion_bake.core.charts.existing import ExistingCharts, side_by_side
 from occlusion_bake.core.charts.udim import Udim
 from occlusion_bake.core.charts.unwrap import Charts, unwrap
@@ -83,6 +85,39 @@ def test_same_bits(size: int | tuple[int, int], children: list[Any]) -> None:
     mesh = waves(30, noise=0.1)
     assert bits(unwrap_in_process("waves", *mesh, size, 4, progress=quietly)) == bits(unwrap("waves", *mesh, size, 4))
     assert len(children) == 1
+
+
+@pytest.mark.usefixtures("only_apart")
+def test_one_child_is_asked_again_and_again(children: list[Any]) -> None:
+    """After a refusal, too; each answer has the bits of a child of its own."""
+    meshes = {"waves": waves(30, noise=0.1), "cube": cube(), "more waves": waves(20)}
+    with Child() as child:
+        for name, mesh in meshes.items():
+            made = unwrap_in_process(name, *mesh, *SETTINGS, progress=quietly, child=child)
+            assert bits(made) == bits(unwrap(name, *mesh, *SETTINGS))
+            with pytest.raises(InputError):
+                unwrap_in_process("flat", mesh[0] * np.float32(0), *mesh[1:], *SETTINGS, progress=quietly, child=child)
+    assert len(children) == 1
+
+
+@pytest.mark.usefixtures("only_apart")
+def test_another_is_started_after_one_that_ended(monkeypatch: pytest.MonkeyPatch, children: list[Any]) -> None:
+    with Child() as child:
+        ask = partial(unwrap_in_process, "cube", *cube(), *SETTINGS, child=child)
+        boot = child_process._BOOT
+        monkeypatch.setattr(child_process, "_BOOT", instead("raise IndexError('out of bounds')"))
+        with pytest.raises(NoUnwrapper):
+            ask(progress=quietly)
+        monkeypatch.setattr(child_process, "_BOOT", boot)
+        assert ask(progress=quietly).count == 6
+        children[-1].kill()
+        children[-1].wait()
+        assert ask(progress=quietly).count == 6
+        with pytest.raises(Cancelled):
+            unwrap_in_process("waves", *waves(300, noise=0.2), *SETTINGS, progress=stopping(2), child=child)
+        assert ask(progress=quietly).count == 6
+        assert ask(progress=quietly).count == 6
+    assert len(children) == 4
 
 
 @pytest.mark.usefixtures("only_apart")

@@ -1,0 +1,1 @@
+"""What a level of very many objects costs, over many machines: docs/size.md."""
