@@ -105,11 +105,12 @@ sanitize: venv ## the kernel's own tests and fuzzed bakes under the address and 
 bake: venv ## bake the sample scenes
 	$(PY) -m occlusion_bake.samples.bake
 
-bench: venv $(VENV)/.bench ## seconds against error of ours and of others, into bench/RESULTS.md: hours; what options cost, how codes err
+bench: venv $(VENV)/.bench ## seconds against error of ours and of others, into bench/RESULTS.md: hours; what options cost, how codes err, what large levels cost
 	$(PY) -m occlusion_bake.bench.versus
 	$(PY) -m occlusion_bake.bench.versus --maps ro_10 ro_100 --sizes 1024
 	$(PY) -m occlusion_bake.bench.options
 	$(PY) -m occlusion_bake.bench.directional
+	$(PY) -m occlusion_bake.bench.size
 
 bench-quick: venv ## the same of two scenes, small, in three minutes; into build/versus/QUICK.md
 	$(PY) -m occlusion_bake.bench.versus --quick

@@ -50,6 +50,7 @@ def session(archive: str, folder: Path, name: str) -> Waits:
     yield from open_tab("Occlusion")
     pace = yield from cancelled(floor)
     yield from baked(floor, folder, name, pace)
+    yield from skipped(floor, folder, name)
     yield from batched(floor, folder, name, pace)
     yield from charted(floor, folder, name)
     yield from compared(floor, folder, name)
@@ -129,6 +130,22 @@ def baked(floor: Any, folder: Path, name: str, pace: Pace) -> Waits:
     yield from under_way(lambda: share() > 0.2, "its panel had grown, slowly where it is drawn in software")
     check_alive((yield from beating()), "and with nothing shown on the object")
     shown.show = True
+
+
+def skipped(floor: Any, folder: Path, name: str) -> Waits:
+    """With Skip Unchanged the floor is baked once, left as it is then, and baked again when what it sees has moved."""
+    chosen = context.scene.occlusion_bake
+    chosen.use_skip, chosen.rays = True, FEWEST
+    for moved, is_left in ((0.0, False), (0.0, True), (0.25, False)):
+        bpy.data.objects["Cube"].location.x += moved
+        yield from press("occlusion_bake.bake")
+        yield from ended("pressing the button with Skip Unchanged")
+        check(("left as it is: 1 object" in lines()) == is_left, f"moved by {moved} the panel says: {lines()}")
+        if is_left:
+            yield 1.0
+            picture(str(folder / f"{name}_skipped.png"))
+    bpy.data.objects["Cube"].location.x -= 0.25
+    chosen.use_skip = False
 
 
 def compared(floor: Any, folder: Path, name: str) -> Waits:

@@ -125,6 +125,7 @@ class _Planner:
         yield partial(write_scene, scene, self._outcome.baker.scene)
         save_copy(self._places.prepared, "prepared scene")
         self.manifest = self._manifest(items, scene)
+        claim(self._places, self._id, self._folder.path)  # once more: another may have been planned meanwhile
         write_manifest(self._places.manifest, self.manifest)
         self._remove_old_scenes(scene)
 
