@@ -1,4 +1,4 @@
-"""A Slurm of two nodes on this machine alone, out of Debian's packages, in a folder of its own."""
+"""A Slurm of two nodes on this machine alone, out of Debian's packages."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import os
 import shutil
 import socket
 import subprocess
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -44,31 +45,36 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 
 
 @contextmanager
-def slurm(folder: Path) -> Iterator[dict[str, str]]:
+def slurm() -> Iterator[dict[str, str]]:
     """Slurm while it runs; what its commands want in their environment. Each node takes one task at a time.
 
     Raises Unavailable where it cannot be installed or does not start."""
     _install()
-    configuration = folder / "slurm.conf"
-    (folder / "state").mkdir(parents=True)
-    filled = {"host": socket.gethostname(), "folder": folder, "nodes": NODES, "ports": _free_ports(1 + len(NODES))}
-    configuration.write_text(_CONFIGURATION.format(**filled), encoding="utf-8")
-    environment = {**os.environ, "SLURM_CONF": str(configuration)}
-    key, bus = folder / "munge.key", folder / "munge.socket"
-    key.write_bytes(os.urandom(128))
-    key.chmod(0o600)
-    own = [f"--{kind}-file={folder}/munge.{kind}" for kind in ("pid", "log", "seed", "key")]
-    daemons = {
-        "munged": ["munged", "--foreground", "--force", f"--socket={bus}", *own],
-        "slurmctld": ["slurmctld", "-D"],
-    }
-    daemons |= {node: ["slurmd", "-D", "-N", node] for node in NODES}
-    with ExitStack() as running:
+    # Its settings bear no spaces, and names of sockets are short.
+    with tempfile.TemporaryDirectory(prefix="slurm-", dir="/tmp") as place, ExitStack() as running:
+        folder = Path(place)
+        environment = {**os.environ, "SLURM_CONF": str(_configured(folder))}
+        own = [f"--{kind}-file={folder}/munge.{kind}" for kind in ("pid", "log", "seed", "key")]
+        bus = folder / "munge.socket"
+        munged = ["munged", "--foreground", "--force", f"--socket={bus}", *own]
+        daemons = {"munged": munged, "slurmctld": ["slurmctld", "-D"]}
+        daemons |= {node: ["slurmd", "-D", "-N", node] for node in NODES}
         for name, words in daemons.items():
             running.enter_context(_daemon(words, environment, folder / f"{name}.log"))
-            _wait_until(bus.exists, "munged")
-        _wait_until(lambda: _idle(environment), "Slurm")
+            _wait_until(bus.exists, folder)
+        _wait_until(lambda: _idle(environment), folder)
         yield environment
+
+
+def _configured(folder: Path) -> Path:
+    """The file of its settings, beside which there is all that it names."""
+    key, configuration = folder / "munge.key", folder / "slurm.conf"
+    (folder / "state").mkdir()
+    key.write_bytes(os.urandom(128))
+    key.chmod(0o600)
+    filled = {"host": socket.gethostname(), "folder": folder, "nodes": NODES, "ports": _free_ports(1 + len(NODES))}
+    configuration.write_text(_CONFIGURATION.format(**filled), encoding="utf-8")
+    return configuration
 
 
 def _install() -> None:
@@ -103,11 +109,12 @@ def _idle(environment: dict[str, str]) -> bool:
     return said.stdout.split() == ["idle"] * len(NODES)
 
 
-def _wait_until(there: Callable[[], bool], name: str) -> None:
+def _wait_until(there: Callable[[], bool], folder: Path) -> None:
     end = time.monotonic() + _STARTS
     while not there():
         if time.monotonic() > end:
-            raise Unavailable(f"{name}, which does not start")
+            logs = "\n".join(log.read_text(errors="replace") for log in sorted(folder.glob("*.log")))
+            raise Unavailable(f"a Slurm that starts; here it says\n{logs}")
         time.sleep(0.2)
 
 

@@ -166,7 +166,7 @@ def try_openjd(farm: Farm) -> None:
 def try_slurm(farm: Farm) -> None:
     """Raises Unavailable."""
     manifest = farm.copied("slurm")
-    with slurm(farm.work / "slurmd") as environment:
+    with slurm() as environment:
         array = SlurmArray(manifest, {**environment, "BLENDER": str(farm.blender.program)}, farm.work / "logs")
         array.run_with_mishaps()
     farm.check(manifest, array.said)
@@ -186,7 +186,7 @@ def main(arguments: Sequence[str]) -> None:
         try:
             try_slurm(farm)
         except Unavailable as missing:
-            print(f"SKIPPED: Slurm wants {missing}")
+            print(f"SKIPPED: there is no Slurm, for want of {missing}")
             if os.environ.get("OCCLUSION_BAKE_NO_SKIP"):
                 raise SystemExit(1) from missing
 

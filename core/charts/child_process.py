@@ -20,6 +20,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from threading import Thread
 from typing import IO, Any
 
 from ..base.errors import InputError, NoUnwrapper
@@ -62,7 +63,7 @@ class Child:
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
-        self._complaint: Future[str]
+        self._complaint: _Complaint
         self._end = ExitStack()
 
     def __enter__(self) -> Child:
@@ -107,7 +108,7 @@ class Child:
                     if talk.reply is None:  # nothing more will be said
                         talk.wait_for_end(process)
                 finally:
-                    if talk.reply is None:
+                    if not talk.is_well:
                         process.kill()  # does nothing to one that has ended
         finally:
             if not talk.is_well:
@@ -121,7 +122,7 @@ class Child:
             time.sleep(PERIOD)  # a Ctrl-C goes to both, and need not have been heard here
             talk.pass_on()
             raise NoUnwrapper(name, f"the process that makes them {end}")
-        raise NoAnswer(f"status {process.returncode}\n{self._complaint.result()}".strip())
+        raise NoAnswer(f"status {process.returncode}\n{self._complaint.text()}".strip())
 
     def _is_there(self) -> bool:
         return self._process is not None and self._process.poll() is None
@@ -142,9 +143,9 @@ class Child:
             creationflags=getattr(subprocess, "DETACHED_PROCESS", 0),
         )
         assert self._process.stderr
+        self._complaint = _Complaint(self._process.stderr)
         self._end.enter_context(self._process)
-        reader = self._end.enter_context(ThreadPoolExecutor(1))
-        self._complaint = reader.submit(_last_of, self._process.stderr)
+        self._end.callback(self._complaint.text)
         self._end.callback(self._process.kill)  # the first of these to be done
         return sys.version_info[:2], str(package.parent), package.name, sys.path
 
@@ -251,18 +252,39 @@ class _Talk:
 
 
 def _send(pipe: IO[bytes], *messages: Any) -> None:
-    with suppress(OSError):  # a child that has ended reads nothing
+    """Where that fails the pipe is closed, and the child, if it is there, ends."""
+    try:
         for message in messages:
             pickle.dump(message, pipe, protocol=5)  # which writes arrays as they lie, without a copy
         pipe.flush()
+    except OSError:  # a child that has ended reads nothing
+        _close(pipe)
+    except BaseException:
+        _close(pipe)
+        raise
 
 
-def _last_of(pipe: IO[bytes]) -> str:
-    """The end of what is written to a pipe, read to its end."""
-    pieces: deque[bytes] = deque(maxlen=16)
-    while piece := pipe.read1(_COMPLAINT // 16):  # type: ignore[attr-defined]
-        pieces.append(piece)
-    return b"".join(pieces).decode(errors="replace")
+def _close(pipe: IO[bytes]) -> None:
+    with suppress(OSError):  # it may hold what nobody will read
+        pipe.close()
+
+
+class _Complaint:
+    """The end of what is written to a pipe. It is read in a thread, which keeps no Blender from quitting."""
+
+    def __init__(self, pipe: IO[bytes]) -> None:
+        self._pieces: deque[bytes] = deque(maxlen=16)
+        self._thread = Thread(target=self._read, args=[pipe], daemon=True)
+        self._thread.start()
+
+    def text(self) -> str:
+        """Once nobody writes there any more."""
+        self._thread.join()
+        return b"".join(self._pieces).decode(errors="replace")
+
+    def _read(self, pipe: IO[bytes]) -> None:
+        while piece := pipe.read1(_COMPLAINT // 16):  # type: ignore[attr-defined]
+            self._pieces.append(piece)
 
 
 def _violent_end(status: int) -> str | None:

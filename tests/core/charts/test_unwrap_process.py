@@ -392,6 +392,48 @@ def test_a_fault_in_the_child_is_told_in_a_note(monkeypatch: pytest.MonkeyPatch)
     assert "Traceback" in caught.value.__notes__[0] and "raise IndexError" not in str(caught.value)
 
 
+@pytest.mark.usefixtures("only_apart")
+@pytest.mark.parametrize("asked_before", [False, True])
+def test_what_ends_the_child_while_it_listens_does_not_happen_here(
+    asked_before: bool, monkeypatch: pytest.MonkeyPatch, children: list[Any]
+) -> None:
+    """The arguments are more than a pipe holds: what is left of them is nobody's any more."""
+    monkeypatch.setattr(child_process, "_BOOT", LISTENING if asked_before else LISTENING.replace("answer(1)", ""))
+    with Child() as child:
+        if asked_before:
+            with pytest.raises(InputError, match=r"^well$"):
+                unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly, child=child)
+        with pytest.raises(NoUnwrapper, match=r"^waves: "):
+            unwrap_in_process("waves", *waves(300), *SETTINGS, progress=quietly, child=child)
+    assert len(children) == 1
+
+
+LISTENING = """
+import os, pickle, sys
+def answer(_):
+    pickle.load(sys.stdin.buffer)
+    pickle.dump(("refused", "well"), sys.stdout.buffer)
+    sys.stdout.flush()
+pickle.load(sys.stdin.buffer)
+answer(1)
+sys.stdin.buffer.read(1)
+os.abort()
+"""
+
+
+@pytest.mark.usefixtures("only_apart")
+def test_too_little_memory_to_ask(children: list[Any]) -> None:
+    """The child has half of a question then."""
+    with pytest.raises(NoUnwrapper, match="memory"):
+        unwrap_in_process("waves", *waves(300)[:2], Endless(), *SETTINGS, progress=quietly)  # type: ignore[arg-type]
+    assert len(children) == 1
+
+
+class Endless:
+    def __reduce__(self) -> str:
+        raise MemoryError
+
+
 def test_too_little_memory_here_is_no_fault_either(monkeypatch: pytest.MonkeyPatch) -> None:
     def here(*_: Any, **__: Any) -> Charts:
         raise MemoryError
