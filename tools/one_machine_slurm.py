@@ -16,8 +16,8 @@ from foreign_systems import Unavailable
 
 NODES = ("node1", "node2")
 _PACKAGES = ("slurm-wlm", "munge")
-_PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch")
-_STARTS = 30.0  # seconds in which all nodes must be there
+_PROGRAMS = ("munged", "slurmctld", "slurmd", "sbatch", "squeue", "sinfo", "scontrol", "scancel")
+_PATIENCE = 60.0  # seconds in which all nodes must be there, or free
 
 # cred_expire: for so long a task that was requeued waits, and 120 seconds is the least otherwise. The communication is
 # on this machine alone.
@@ -48,12 +48,13 @@ PartitionName=all Nodes=ALL Default=YES MaxTime=INFINITE State=UP
 def slurm() -> Iterator[dict[str, str]]:
     """Slurm while it runs; what its commands want in their environment. Each node takes one task at a time.
 
-    Raises Unavailable where it cannot be installed or does not start."""
+    Raises Unavailable where it cannot be installed. SystemExit where it does not start."""
     _install()
     # Its settings bear no spaces, and names of sockets are short.
     with tempfile.TemporaryDirectory(prefix="slurm-", dir="/tmp") as place, ExitStack() as running:
         folder = Path(place)
-        environment = {**os.environ, "SLURM_CONF": str(_configured(folder))}
+        others = {name: value for name, value in os.environ.items() if not name.startswith(("SLURM_", "SBATCH_"))}
+        environment = {**others, "SLURM_CONF": str(_configured(folder))}
         own = [f"--{kind}-file={folder}/munge.{kind}" for kind in ("pid", "log", "seed", "key")]
         bus = folder / "munge.socket"
         munged = ["munged", "--foreground", "--force", f"--socket={bus}", *own]
@@ -63,7 +64,11 @@ def slurm() -> Iterator[dict[str, str]]:
             running.enter_context(_daemon(words, environment, folder / f"{name}.log"))
             _wait_until(bus.exists, folder)
         _wait_until(lambda: _idle(environment), folder)
-        yield environment
+        try:
+            yield environment
+        finally:  # what still runs outlives the daemons
+            _say(environment, "scancel", "--full", "--user", "root")
+            _wait_until(lambda: not _say(environment, "squeue", "--noheader"), folder)
 
 
 def _configured(folder: Path) -> Path:
@@ -72,7 +77,8 @@ def _configured(folder: Path) -> Path:
     (folder / "state").mkdir()
     key.write_bytes(os.urandom(128))
     key.chmod(0o600)
-    filled = {"host": socket.gethostname(), "folder": folder, "nodes": NODES, "ports": _free_ports(1 + len(NODES))}
+    host = socket.gethostname().partition(".")[0]
+    filled = {"host": host, "folder": folder, "nodes": NODES, "ports": _free_ports(1 + len(NODES))}
     configuration.write_text(_CONFIGURATION.format(**filled), encoding="utf-8")
     return configuration
 
@@ -105,16 +111,20 @@ def _daemon(words: Sequence[str], environment: dict[str, str], log: Path) -> Ite
 
 
 def _idle(environment: dict[str, str]) -> bool:
-    said = subprocess.run(["sinfo", "-hN", "-o", "%T"], env=environment, capture_output=True, text=True)
-    return said.stdout.split() == ["idle"] * len(NODES)
+    return _say(environment, "sinfo", "-hN", "-o", "%T").split() == ["idle"] * len(NODES)
+
+
+def _say(environment: dict[str, str], *words: str) -> str:
+    """What a command of Slurm's says."""
+    return subprocess.run(words, env=environment, capture_output=True, text=True).stdout
 
 
 def _wait_until(there: Callable[[], bool], folder: Path) -> None:
-    end = time.monotonic() + _STARTS
+    end = time.monotonic() + _PATIENCE
     while not there():
         if time.monotonic() > end:
             logs = "\n".join(log.read_text(errors="replace") for log in sorted(folder.glob("*.log")))
-            raise Unavailable(f"a Slurm that starts; here it says\n{logs}")
+            raise SystemExit(f"FAILED: Slurm is there and does not start, or end:\n{logs}")
         time.sleep(0.2)
 
 

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
@@ -46,9 +47,9 @@ class SlurmArray:
         drained = NODES[1]
         self._wait_for("a task on the node to be drained", lambda: f" {drained}" in self._queue("running"))
         self._call("scontrol", "update", f"nodename={drained}", "state=drain", "reason=tried")
-        time.sleep(2.0)  # what has been begun there says so
+        self._wait_for("what those on it say", lambda: all(map(self._has_begun, self._tasks_on(drained))))
         before = self._begun_on(drained)
-        if not self._queue("pending"):
+        if not self._queue("pending", "--jobs", self._bake):
             raise SystemExit("FAILED: all had been begun before a node was drained")
         self._wait_for("the end of all", lambda: not self._queue("pending,running,completing"))
         if self._begun_on(drained) != before:
@@ -60,9 +61,10 @@ class SlurmArray:
     def _kill_one(self) -> int:
         """A task that has baked an item and is at the next one."""
         victim, *_ = self._wait_for("an item", lambda: list(filter(self._is_in_the_middle, _TASKS)))
-        killed = processes_with(["--items", f"{victim}/{len(_TASKS)}"])
+        killed = processes_with(["--manifest", str(self._manifest), "--items", f"{victim}/{len(_TASKS)}"])
         for process in killed:
-            os.kill(process, signal.SIGKILL)
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
         if not killed or len(_BAKED.findall(self._log(victim))) > 2:
             raise SystemExit(f"FAILED: task {victim} was not in mid-bake\n{self._log(victim)}")
         return victim
@@ -73,9 +75,15 @@ class SlurmArray:
     def _begun_on(self, node: str) -> int:
         return self.said.count(f" on {node},")
 
-    def _queue(self, states: str) -> str:
+    def _tasks_on(self, node: str) -> list[int]:
+        return [int(task) for task in re.findall(rf"_(\d+) {node}$", self._queue("running"), re.M)]
+
+    def _has_begun(self, task: int) -> bool:
+        return "share " in self._log(task)
+
+    def _queue(self, states: str, *words: object) -> str:
         """Jobs in these states, a line each, with their nodes."""
-        return self._call("squeue", "--noheader", "--states", states, "--format", "%i %N").strip()
+        return self._call("squeue", "--noheader", "--states", states, "--format", "%i %N", *words).strip()
 
     def _log(self, task: int) -> str:
         return self._read(f"slurm-{self._bake}_{task}.out")

@@ -83,7 +83,7 @@ class Complete(Blender):
         return cls(_script(work, f'{home}\nexec {shlex.join(command)} "$@"'))
 
     def script(self, path: Path, *words: str) -> list[str]:
-        return [str(self.program), "--background", "--python", str(path), "--", *words]
+        return [str(self.program), "--background", "--python-exit-code", "1", "--python", str(path), "--", *words]
 
     def on(self, level: Path, *words: str, verb: Sequence[str] = ()) -> list[str]:
         return [str(self.program), "--background", str(level), "--command", "occlusion_bake", *verb, *words]
@@ -158,9 +158,10 @@ def try_openjd(farm: Farm) -> None:
     count = farm.items.total()
     tasks = [{"Items": f"{first}-{min(first + PER_TASK, count) - 1}"} for first in range(0, count, PER_TASK)]
     with ThreadPoolExecutor(2) as sessions:
-        said = sessions.map(lambda own: run([*step, "Bake", "--tasks", json.dumps(own)]), (tasks[::2], tasks[1::2]))
+        shares = (json.dumps(tasks[::2]), json.dumps(tasks[1::2]))
+        said = "".join(sessions.map(lambda own: run([*step, "Bake", "--tasks", own]), shares))
     run([*step, "Merge"])
-    farm.check(manifest, "".join(said))
+    farm.check(manifest, said)
 
 
 def try_slurm(farm: Farm) -> None:

@@ -47,7 +47,10 @@ def run_and_exit(main: Callable[[Sequence[str]], int]) -> NoReturn:
         sys.stderr.write(f"{refusal}\n")
         status = 2
     except SystemExit as request:  # --help, or a word that is not understood
-        status = int(request.code or 0)
+        if isinstance(request.code, str):
+            sys.stderr.write(f"{request.code}\n")
+        else:
+            status = request.code or 0
     except BaseException:
         traceback.print_exc()
     leave(status)

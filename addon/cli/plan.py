@@ -120,12 +120,12 @@ class _Planner:
         if not items:
             raise InputError(self._outcome.complaint(len(self._job.objects)))
         assert self._outcome.baker is not None
+        claim(self._places, self._id, self._folder.path)  # once more: another may have been planned meanwhile
         self.progress.enter("writing what is to be baked")
         scene = self._places.scenes / secrets.token_hex(8)
         yield partial(write_scene, scene, self._outcome.baker.scene)
         save_copy(self._places.prepared, "prepared scene")
         self.manifest = self._manifest(items, scene)
-        claim(self._places, self._id, self._folder.path)  # once more: another may have been planned meanwhile
         write_manifest(self._places.manifest, self.manifest)
         self._remove_old_scenes(scene)
 

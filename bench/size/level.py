@@ -83,7 +83,7 @@ class Ran:
 def command(*words: object) -> Ran:
     """Run ours in a process of its own. Raises CalledProcessError where it fails."""
     start, peak = time.perf_counter(), 0.0
-    called = [sys.executable, "-m", f"{__package__.partition('.')[0]}", *map(str, words)]
+    called = [sys.executable, "-m", __package__.partition(".")[0], *map(str, words)]
     with subprocess.Popen(called, stdout=subprocess.DEVNULL) as process:
         while process.poll() is None:
             peak = max(peak, _peak_of(process.pid))

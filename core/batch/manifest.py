@@ -21,7 +21,7 @@ from ..options.values import settings_of_command
 from ..settings import Settings
 from .files import PLAN_AGAIN, json_of, unreadable, write_json
 
-FORMAT = 2  # of the file, and of the arrays
+FORMAT = 2  # of the file, and of the scene's
 _CLAIM = ".occlusion_bake_plan.json"  # in a folder of images: whose it is
 _VERSIONS = ("version", "algorithm", "format")
 
@@ -214,8 +214,8 @@ def check_places(places: Places, scene_file: Path | None, report: Path) -> None:
 
 
 def claim(places: Places, plan: str, folder: Path) -> None:
-    """Take a folder of images for the manifest of this id, before it is planned. Raises InputError where it is that of
-    another one that is still there."""
+    """Take a folder of images for the manifest of this id, before anything is written. Raises InputError where it is
+    that of another one that is still there."""
     theirs, path = json_of(folder / _CLAIM), folder / _CLAIM
     if isinstance(theirs, dict) and theirs.get("id") not in (None, plan):
         other = Path(str(theirs.get("manifest")))

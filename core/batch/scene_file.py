@@ -34,6 +34,7 @@ _KINDS: dict[str, type[Any]] = {
     kind.__name__: kind
     for kind in (Alpha, Camera, Cutout, Environment, HighPoly, ImageTexture, Instance, Mesh, NormalMap, NormalMapLayer)
 }
+_FIELDS = {name: [each.name for each in fields(kind)] for name, kind in _KINDS.items()}  # in the order they are kept
 _ARRAY, _OBJECT, _WRAP = "array", "object", "wrap"  # what a reference in the tree is to
 
 
@@ -49,6 +50,7 @@ def write_scene(folder: Path, scene: Scene) -> None:
         "private": sorted(scene.private),
         "highs": {name: writer.of(each) for name, each in scene.highs.items()},
         "environment": writer.of(scene.environment),
+        "fields": _FIELDS,
         "objects": writer.objects,
     }
     try:
@@ -67,6 +69,8 @@ class StoredScene:
         self._folder = folder
         with broken_told(folder, _BROKEN, PLAN_AGAIN):
             self._tree = json.loads((folder / _TREE).read_text(encoding="utf-8"))
+            if self._tree["fields"] != _FIELDS:
+                raise ValueError("another version wrote it")
             mapped = {dtype: np.load(_array_file(folder, dtype), mmap_mode="r") for dtype in _DTYPES}
             arrays = {dtype: each.view(np.ndarray) for dtype, each in mapped.items()}  # parts of these are made faster
             self._reader = _Reader(self._tree["objects"], arrays)
@@ -127,7 +131,7 @@ class _Writer:
 
     def _object(self, value: Any) -> Any:
         assert is_dataclass(value) and type(value).__name__ in _KINDS
-        content = [self.of(getattr(value, each.name)) for each in fields(value)]
+        content = [self.of(getattr(value, name)) for name in _FIELDS[type(value).__name__]]
         self.objects.append([type(value).__name__, content])
         return {_OBJECT: len(self.objects) - 1}
 

@@ -101,21 +101,25 @@ class Child:
         try:
             # Each pipe has a thread, so that none is ever full. What the child has not answered, its end ends.
             with ThreadPoolExecutor(2) as executor:
+                is_well = False
                 try:
                     sent = executor.submit(_send, process.stdin, *messages)
                     heard = executor.submit(talk.listen, process.stdout)
                     talk.wait_for(heard)
-                    if talk.reply is None:  # nothing more will be said
+                    if talk.reply is None and heard.exception() is None:  # nothing more will be said
                         talk.wait_for_end(process)
+                    is_well = talk.is_well
                 finally:
-                    if not talk.is_well:
+                    if not is_well:
                         process.kill()  # does nothing to one that has ended
         finally:
-            if not talk.is_well:
+            if not is_well:
                 self.end()
-        for error in (sent.exception(), heard.exception()):
-            if isinstance(error, MemoryError):
-                raise NoUnwrapper(name, TOO_LITTLE) from error
+        faults = [error for error in (sent.exception(), heard.exception()) if error is not None]
+        if any(isinstance(error, MemoryError) for error in faults):
+            raise NoUnwrapper(name, TOO_LITTLE) from faults[0]
+        if faults:
+            raise NoAnswer(f"what was said could not be understood ({one_line(repr(faults[0]))})")
         if talk.reply is not None:
             return _read(name, talk.reply)
         if (end := _violent_end(process.returncode)) is not None:
@@ -143,8 +147,8 @@ class Child:
             creationflags=getattr(subprocess, "DETACHED_PROCESS", 0),
         )
         assert self._process.stderr
-        self._complaint = _Complaint(self._process.stderr)
         self._end.enter_context(self._process)
+        self._complaint = _Complaint(self._process.stderr)
         self._end.callback(self._complaint.text)
         self._end.callback(self._process.kill)  # the first of these to be done
         return sys.version_info[:2], str(package.parent), package.name, sys.path
@@ -161,25 +165,32 @@ def answer(do: Callable[[Any, Tell], Any]) -> None:
         became = _DONE
         while became in _WELL:
             try:
-                became, content = _reply(do, _Word(out))
+                question = pickle.load(sys.stdin.buffer)
             except EOFError:
                 return
+            except Exception as error:
+                became, content = _unable(error)
+            else:
+                became, content = _became(do, question, _Word(out))
             pickle.dump((became, content), out, protocol=5)
             out.flush()
+            del question, content  # which may be large, and nothing may be asked for long
 
 
-def _reply(do: Callable[[Any, Tell], Any], word: _Word) -> tuple[str, Any]:
-    """What becomes of the next question. Raises EOFError where there is none."""
+def _became(do: Callable[[Any, Tell], Any], question: Any, word: _Word) -> tuple[str, Any]:
+    """What becomes of a question."""
     try:
-        return _DONE, do(pickle.load(sys.stdin.buffer), word)
+        return _DONE, do(question, word)
     except InputError as error:
         return _REFUSED, str(error)
-    except EOFError:
-        raise
     except Exception as error:
-        fault = one_line(f"{type(error).__name__}: {error}")
-        why = TOO_LITTLE if isinstance(error, MemoryError) else f"the making of them broke down ({fault})"
-        return _UNABLE, (why, traceback.format_exc())
+        return _unable(error)
+
+
+def _unable(error: Exception) -> tuple[str, Any]:
+    fault = one_line(f"{type(error).__name__}: {error}")
+    why = TOO_LITTLE if isinstance(error, MemoryError) else f"the making of them broke down ({fault})"
+    return _UNABLE, (why, traceback.format_exc())
 
 
 class _Word:
@@ -226,7 +237,7 @@ class _Talk:
 
     def listen(self, pipe: IO[bytes]) -> None:
         """Until there is a reply, or none will come."""
-        with suppress(EOFError, OSError, pickle.UnpicklingError):
+        with suppress(EOFError, OSError):
             while self.reply is None:
                 kind, content = pickle.load(pipe)
                 if kind == _REACHED:

@@ -35,8 +35,8 @@ def unwrap_in_process(
 ) -> Charts:
     """`unwrap` in a process of its own: the same arguments, the same bits, the same InputError.
 
-    child: which is asked; one that is started for it and ended. `progress` is called as by `Child.ask`, which tells
-    what else is raised. Where no child can be asked, the
+    child: which is asked; without it one is, which is started for it and ended. `progress` is called as by
+    `Child.ask`, which tells what else is raised. Where no child can be asked, the
     unwrap runs in this process: the window then stutters while it works, but the artist gets charts wherever there are
     any to be had. If that fails too, the error has a note of what the child wrote to stderr.
     """

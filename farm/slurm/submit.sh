@@ -7,6 +7,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 manifest=$(realpath -e -- "$1") tasks=$2
 shift 2
 
-bake=$(sbatch --parsable --job-name=bake --array="1-$tasks" "$@" "$here/bake.sh" "$manifest" "$tasks")
-merge=$(sbatch --parsable --job-name=merge --dependency="afterany:${bake%%;*}" "$@" "$here/merge.sh" "$manifest")
-echo "bake: job ${bake%%;*}, $tasks tasks; merge: job ${merge%%;*}"
+bake=$(sbatch --job-name=bake "$@" --parsable --array="1-$tasks" "$here/bake.sh" "$manifest" "$tasks")
+echo "bake: job ${bake%%;*}, $tasks tasks"
+merge=$(sbatch --job-name=merge "$@" --parsable --dependency="afterany:${bake%%;*}" "$here/merge.sh" "$manifest")
+echo "merge: job ${merge%%;*}"

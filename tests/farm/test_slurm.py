@@ -27,7 +27,8 @@ def call(tmp_path: Path) -> Called:
             out = ">&2" if name == "sbatch" else ""
             (programs / name).write_text(f"#!/bin/sh\n{told} {out}\n{then}\n")
             (programs / name).chmod(0o755)
-        environment = {**os.environ, "PATH": f"{programs}:{os.environ['PATH']}", **variables}
+        inherited = {name: value for name, value in os.environ.items() if name != "BLENDER" and name[:5] != "SLURM"}
+        environment = {**inherited, "PATH": f"{programs}:{os.environ['PATH']}", **variables}
         return subprocess.run([str(HOME / script), *words], env=environment, capture_output=True, text=True)
 
     return called
@@ -41,11 +42,16 @@ def task(call: Called, bakes: str, **variables: str) -> subprocess.CompletedProc
 def test_the_merge_is_submitted_behind_the_array(call: Called, tmp_path: Path) -> None:
     manifest = tmp_path / "my level.json"
     manifest.touch()
-    ran = call("submit.sh", str(manifest), "20", "--partition=day")
+    ran = call("submit.sh", str(manifest), "20", "--partition=day", "--dependency=afterok:3")
     bake, merge = ran.stderr.splitlines()
-    assert "<--array=1-20> <--partition=day>" in bake and bake.endswith(f"bake.sh> <{manifest}> <20>")
-    assert "<--dependency=afterany:7> <--partition=day>" in merge and merge.endswith(f"merge.sh> <{manifest}>")
-    assert ran.returncode == 0 and ran.stdout == "bake: job 7, 20 tasks; merge: job 7\n"
+    assert "<--partition=day> <--dependency=afterok:3> <--parsable> <--array=1-20>" in bake and bake.endswith(
+        f"bake.sh> <{manifest}> <20>"
+    )
+    assert (
+        "<--partition=day> <--dependency=afterok:3> <--parsable> <--dependency=afterany:7>" in merge
+        and merge.endswith(f"merge.sh> <{manifest}>")
+    )
+    assert ran.returncode == 0 and ran.stdout == "bake: job 7, 20 tasks\nmerge: job 7\n"
 
 
 @pytest.mark.parametrize("words", [(), ("manifest.json",), ("no such manifest.json", "20")])
@@ -56,7 +62,18 @@ def test_nothing_is_submitted_of_nothing(call: Called, words: tuple[str, ...]) -
 
 def test_a_task_bakes_its_share(call: Called) -> None:
     ran = task(call, "exit 4")
-    wanted = "blender <--background> <--command> <occlusion_bake> <--manifest> </my level/m.json> <--items> <3/20>"
+    words = [
+        "--background",
+        "--command",
+        "occlusion_bake",
+        "--manifest",
+        "/my level/m.json",
+        "--items",
+        "3/20",
+        "--threads",
+        "0",
+    ]
+    wanted = " ".join(["blender", *(f"<{word}>" for word in words)])
     assert ran.stdout.splitlines() == ["share 3 of 20 on node1, restarts: 0", wanted]
     assert ran.returncode == 4
 
@@ -65,6 +82,17 @@ def test_a_task_bakes_its_share(call: Called) -> None:
 def test_a_task_that_was_killed_is_run_again_but_not_for_ever(call: Called, restarts: str, again: bool) -> None:
     ran = task(call, "kill -9 $$", SLURM_RESTART_COUNT=restarts)
     assert ran.returncode == 137 and ("scontrol <requeue> <7_3>" in ran.stdout) == again
+
+
+@pytest.mark.parametrize("bakes", ["kill -TERM $$", "exit 255", "exit 3", "exit 1"])
+def test_nothing_else_is_run_again(call: Called, bakes: str) -> None:
+    """A task that was cancelled as it began least of all."""
+    ran = task(call, bakes)
+    assert ran.returncode and "requeue" not in ran.stdout
+
+
+def test_a_task_takes_the_processors_that_it_was_given(call: Called) -> None:
+    assert "<--threads> <8>" in task(call, "true", SLURM_CPUS_PER_TASK="8").stdout
 
 
 def test_a_task_that_is_told_to_end_ends_after_its_bake(call: Called) -> None:

@@ -422,6 +422,41 @@ os.abort()
 
 
 @pytest.mark.usefixtures("only_apart")
+def test_too_little_memory_to_hear(monkeypatch: pytest.MonkeyPatch, children: list[Any]) -> None:
+    """The child lives, and waits for the next question."""
+    monkeypatch.setattr(child_process, "_BOOT", HEAVY)
+    with pytest.raises(NoUnwrapper, match="memory"):
+        unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly)
+    assert len(children) == 1
+
+
+def test_what_cannot_be_understood_is_done_here(monkeypatch: pytest.MonkeyPatch, children: list[Any]) -> None:
+    monkeypatch.setattr(child_process, "_BOOT", BABBLING)
+    assert unwrap_in_process("cube", *cube(), *SETTINGS, progress=quietly).count == 6
+    assert len(children) == 1
+
+
+def raise_memory_error() -> None:
+    raise MemoryError
+
+
+HEAVY = f"""
+import pickle, sys
+pickle.load(sys.stdin.buffer), pickle.load(sys.stdin.buffer)
+sys.stdout.buffer.write(b"c{__name__}\\nraise_memory_error\\n(tR.")
+sys.stdout.flush()
+sys.stdin.buffer.read(1)
+"""
+BABBLING = """
+import pickle, sys
+pickle.load(sys.stdin.buffer), pickle.load(sys.stdin.buffer)
+sys.stdout.buffer.write(b"hello, world" * 9)
+sys.stdout.flush()
+sys.stdin.buffer.read(1)
+"""
+
+
+@pytest.mark.usefixtures("only_apart")
 def test_too_little_memory_to_ask(children: list[Any]) -> None:
     """The child has half of a question then."""
     with pytest.raises(NoUnwrapper, match="memory"):
