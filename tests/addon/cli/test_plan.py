@@ -466,8 +466,9 @@ def test_in_blenders_own_command(farm: Farm) -> None:
 
 
 def test_lines_for_engines(farm: Farm) -> None:
-    props(2)
-    farm.plan()
+    """Of an item that takes long enough to be looked at, many times over."""
+    props(1)
+    farm.plan("--size", "256", "--rays", "1024")
     _, out, _ = farm.bake("--progress", "openjd")
     percents = [float(line.split()[1]) for line in out.splitlines() if line.startswith("openjd_progress: ")]
     assert percents == sorted(percents) and percents[-1] == 100.0
