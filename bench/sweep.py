@@ -37,11 +37,14 @@ def in_child(function: Callable[..., Any], *arguments: object, environment: Mapp
     return json.loads(answer.splitlines()[-1])
 
 
-def peak_memory() -> float:
-    """The most that this process has held, GB. Not ru_maxrss, which a process takes over from the one that started
-    it."""
-    lines = Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
-    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM")) / 1048576.0
+def peak_memory(process: int | str = "self") -> float:
+    """The most that a process, this one by default, has held, GB; 0 of one that has ended. Not ru_maxrss, which a
+    process takes over from the one that started it."""
+    try:
+        lines = Path(f"/proc/{process}/status").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return 0.0
+    return next((int(line.split()[1]) / 1048576.0 for line in lines if line.startswith("VmHWM")), 0.0)
 
 
 def _answer(words: Sequence[str]) -> int:

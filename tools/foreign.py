@@ -26,7 +26,7 @@ from pathlib import Path
 
 from build_extension import only
 from check_kernel import FOR_TESTS, ROOT, toolchain
-from foreign_systems import SYSTEMS, System, Unavailable, Windows
+from foreign_systems import SYSTEMS, System, Unavailable, Windows, skipped
 from try_extension import bake_as_module, run_piped
 
 
@@ -132,9 +132,8 @@ def main(arguments: list[str]) -> int:
     system.folder.mkdir(parents=True, exist_ok=True)
     try:
         VERBS[verb](system, *rest)
-    except Unavailable as what:
-        print(f"SKIPPED {verb} on {platform}: {what}", flush=True)
-        return 1 if os.environ.get("OCCLUSION_BAKE_NO_SKIP") else 0
+    except Unavailable as missing:
+        return skipped(f"{verb} on {platform}", missing)
     return 0
 
 

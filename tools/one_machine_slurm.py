@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import socket
 import subprocess
 import tempfile
@@ -12,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
-from foreign_systems import Unavailable
+from foreign_systems import program
 
 NODES = ("node1", "node2")
 _PACKAGES = ("slurm-wlm", "munge")
@@ -49,7 +48,8 @@ def slurm() -> Iterator[dict[str, str]]:
     """Slurm while it runs; what its commands want in their environment. Each node takes one task at a time.
 
     Raises Unavailable where it cannot be installed. SystemExit where it does not start."""
-    _install()
+    for name in _PROGRAMS:
+        program(name, *_PACKAGES)
     # Its settings bear no spaces, and names of sockets are short.
     with tempfile.TemporaryDirectory(prefix="slurm-", dir="/tmp") as place, ExitStack() as running:
         folder = Path(place)
@@ -81,18 +81,6 @@ def _configured(folder: Path) -> Path:
     filled = {"host": host, "folder": folder, "nodes": NODES, "ports": _free_ports(1 + len(NODES))}
     configuration.write_text(_CONFIGURATION.format(**filled), encoding="utf-8")
     return configuration
-
-
-def _install() -> None:
-    if all(map(shutil.which, _PROGRAMS)):
-        return
-    if shutil.which("apt-get") is None or os.geteuid() != 0:
-        raise Unavailable(f"{' and '.join(_PACKAGES)}, which only root may install")
-    quiet = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    commands: Sequence[Sequence[str]] = (["update"], ["install", "-y", "--no-install-recommends", *_PACKAGES])
-    for words in commands:
-        if subprocess.run(["apt-get", "-qq", *words], env=quiet, stdout=subprocess.DEVNULL).returncode:
-            raise Unavailable(f"{' and '.join(_PACKAGES)}, which apt-get could not install")
 
 
 @contextmanager

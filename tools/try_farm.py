@@ -26,7 +26,7 @@ from functools import cached_property
 from pathlib import Path
 
 from check_kernel import ROOT
-from foreign_systems import Unavailable
+from foreign_systems import Unavailable, skipped
 from one_machine_slurm import slurm
 from slurm_array import SlurmArray
 from try_extension import call, run_piped
@@ -175,7 +175,7 @@ def try_slurm(farm: Farm) -> None:
         raise SystemExit(f"FAILED: the merge says\n{array.said_by_merge}")
 
 
-def main(arguments: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> int:
     if len(arguments) == 1:
         raise SystemExit(__doc__)
     with tempfile.TemporaryDirectory(prefix="occlusion-bake-") as folder:
@@ -187,10 +187,9 @@ def main(arguments: Sequence[str]) -> None:
         try:
             try_slurm(farm)
         except Unavailable as missing:
-            print(f"SKIPPED: there is no Slurm, for want of {missing}")
-            if os.environ.get("OCCLUSION_BAKE_NO_SKIP"):
-                raise SystemExit(1) from missing
+            return skipped("Slurm", missing)
+    return 0
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main(sys.argv[1:]))

@@ -18,6 +18,7 @@ from numpy.random import default_rng
 from ...addon.typed import mesh_of, scene_in
 from ...core.base.arrays import Doubles
 from ...samples.bench_scenes import empty_scene
+from ..sweep import peak_memory
 
 STEP = 2.0  # metres from one object to the next
 _PRIMITIVES = ("cube", "cylinder", "cone", "uv_sphere", "torus")
@@ -86,20 +87,11 @@ def command(*words: object) -> Ran:
     called = [sys.executable, "-m", __package__.partition(".")[0], *map(str, words)]
     with subprocess.Popen(called, stdout=subprocess.DEVNULL) as process:
         while process.poll() is None:
-            peak = max(peak, _peak_of(process.pid))
+            peak = max(peak, peak_memory(process.pid))
             time.sleep(0.02)
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, called)
     return Ran(time.perf_counter() - start, peak)
-
-
-def _peak_of(process: int) -> float:
-    """What it has held at most until now; 0 where it has just ended."""
-    try:
-        lines = Path(f"/proc/{process}/status").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        return 0.0
-    return next((int(line.split()[1]) / 1048576.0 for line in lines if line.startswith("VmHWM")), 0.0)
 
 
 def manifest_of(folder: Path) -> Any:
